@@ -239,9 +239,9 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     }
 }
 
-/// Returns whether an index has the random sign −: a bit of its hash, by the finaliser of SplitMix64
-/// (G. L. Steele, D. Lea and C. H. Flood, *Fast splittable pseudorandom number generators*, OOPSLA
-/// 2014).
+/// Returns whether an index has the random sign −: a bit of its hash, by the last steps of
+/// SplitMix64 (G. L. Steele, D. Lea and C. H. Flood, *Fast splittable pseudorandom number
+/// generators*, OOPSLA 2014).
 fn is_negative(index: usize) -> bool {
     let mut bits = (index as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     bits = (bits ^ bits >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -54,16 +54,17 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// time; where coefficients are constant its progress counts twelvefold, and that of multigrid
 /// does; where multigrid promises 0.13 its progress counts one and a half times. After each window
 /// of a method its promise is halved and its window doubled. A method that takes off as much in
-/// another such window as the tolerance asks for goes on whatever the others' prospects. So SOR that takes ten digits in 770
-/// sweeps is left alone, or in 230 where coefficients are constant, cycles go on while each halves
-/// the residual or nearly does, or takes a tenth off it where coefficients are constant, and a
-/// method that has failed is tried again, for longer, when nothing else does better. Inner linear
-/// solves keep to what is left of the window. A linear solve of algebraic multigrid has to show its
-/// worth, unless the one before came to its end: `Auto` ends it, and the window with it, if a sweep
-/// takes less off its residual than another method's prospect. Where the solver would end with
-/// [`Stagnated`](crate::Status::Stagnated), the method at work is given up for the rest of the
-/// solve and the next one goes on, until none is left. Decisions depend on residuals and counts
-/// alone, never on time, but that no elimination is begun that would outlast a limit on it.
+/// another such window as the tolerance asks for goes on whatever the others' prospects. So SOR
+/// that takes ten digits in 770 sweeps is left alone, or in 230 where coefficients are constant,
+/// cycles go on while each halves the residual or nearly does, or takes a tenth off it where
+/// coefficients are constant, and a method that has failed is tried again, for longer, when nothing
+/// else does better. Inner linear solves keep to what is left of the window. A linear solve of
+/// algebraic multigrid has to show its worth, unless the one before came to its end: `Auto` ends
+/// it, and the window with it, if a sweep takes less off its residual than another method's
+/// prospect. Where the solver would end with [`Stagnated`](crate::Status::Stagnated), the method at
+/// work is given up for the rest of the solve and the next one goes on, until none is left.
+/// Decisions depend on residuals and counts alone, never on time, but that no elimination is begun
+/// that would outlast a limit on it.
 ///
 /// Each method has an iterate of its own, because a residual tells little of an error: on a rough
 /// film all but a hundred signs may be settled and the residual still be larger than what sweeps

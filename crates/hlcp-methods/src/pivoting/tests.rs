@@ -58,8 +58,8 @@ proptest! {
     }
 
     /// Skew parts that outweigh the rest send Newton's method round, and the way through the
-    /// interior ends that within some tens of steps and changes of signs, whatever rows, z and r are multiplied by, and whichever of
-    /// the two is z.
+    /// interior ends that within some tens of steps and changes of signs, whatever rows, z and r
+    /// are multiplied by, and whichever of the two is z.
     #[test]
     fn steps_inside_depend_on_no_units(
         skew in vec(-1.0..1.0_f64, 60 * 60),
