@@ -34,7 +34,7 @@ fn finds(arguments: &str, load: f64) {
 }
 
 /// `HLCP_ATTACK_RUNS=1000 cargo test --release -p hlcp-cli --test programs loads_of_known` takes
-/// a minute.
+/// some minutes.
 #[test]
 fn loads_of_known_pads_are_found() {
     for seed in 0_u64..asked("HLCP_ATTACK_RUNS", 12) {

@@ -112,13 +112,8 @@ fn round() -> impl Strategy<Value = Bush> {
 
 fn lobed() -> impl Strategy<Value = Bush> {
     let numbers = (2..5_usize, 0.1..0.85, 0.3..1.0, 0.0..TAU);
-    let lobes = numbers.prop_map(|(count, preload, offset, middle)| Lobes {
-        count,
-        preload,
-        offset,
-        middle,
-    });
-    (lobes.prop_map(Some), 0.0..0.95, Just(1e5))
+    let lobes = |(count, preload, offset, middle)| Some(Lobes { count, preload, offset, middle });
+    (numbers.prop_map(lobes), 0.0..0.95, Just(1e5))
 }
 
 proptest! {
