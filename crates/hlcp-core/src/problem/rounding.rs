@@ -107,9 +107,9 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         Some(Norms { l2: if l2 > 0.0 { l2.next_up() } else { l2 }, linf: exact.linf + lost })
     }
 
-    /// Returns whether [`exact_residual`](Self::exact_residual) reads what the operators are, which
-    /// those are that have five points or their rows in arrays. The product of another one may
-    /// contradict its rows.
+    /// Returns whether the rows that [`exact_residual`](Self::exact_residual) reads are all that
+    /// there is of the operators: of five-point ones, and of those that have their rows in arrays.
+    /// The product of another operator may contradict its rows.
     #[doc(hidden)]
     pub fn has_known_rows(&self) -> bool {
         self.sweep().is_ok() || self.known().is_some()
