@@ -216,4 +216,16 @@ impl<T: Scalar, C: Direction<Scalar = T>> Rows<T> for FivePoint<C> {
         let coefficient = |direction: usize| self.coefficients[direction].coefficients().entry(k);
         visit_neighbours([self.nx, self.ny], self.round, k, coefficient, visit);
     }
+
+    #[inline]
+    fn copy_row(&self, k: usize, row: &mut [(usize, T)]) -> usize {
+        let coefficient = |direction: usize| self.coefficients[direction].coefficients().entry(k);
+        let mut count = 0;
+        let copy = |j, a| {
+            row.get_mut(count).into_iter().for_each(|entry| *entry = (j, a));
+            count += 1;
+        };
+        visit_neighbours([self.nx, self.ny], self.round, k, coefficient, copy);
+        count
+    }
 }
