@@ -1,6 +1,6 @@
 //! The list of methods that the commands compare: a new one is a row.
 
-use std::{collections::HashSet, time::Instant};
+use std::time::Instant;
 
 use Chart::{Beyond, Comparison, Families, Glance, Growth, Own as OwnProblem, Paper, Precisions};
 use How::{Double, Mixed, Own, Single};
@@ -15,7 +15,7 @@ use super::{
     run::{Fallible, Judged, Run, run, solve},
 };
 use crate::{
-    chart::MARKERS,
+    chart::{COLOURS, DASHES, MARKERS},
     scenes::{Problem, where_it_applies},
 };
 
@@ -103,13 +103,27 @@ const fn row(
     Row { label, name, how, style, on }
 }
 
+// Two lines in one chart differ in colour or marker, and the last two markers are left to others.
+// The precisions have a chart to themselves.
+const _: () = {
+    let mut k = 0;
+    while k < METHODS.len() {
+        let [colour, dash, marker] = METHODS[k].style;
+        assert!(colour < COLOURS.len() && dash < DASHES.len() && marker + 2 < MARKERS.len());
+        let mut other = 0;
+        while other < k {
+            let [colour_of_other, _, marker_of_other] = METHODS[other].style;
+            let together =
+                matches!(METHODS[other].on, [Precisions]) == matches!(METHODS[k].on, [Precisions]);
+            assert!(!together || colour != colour_of_other || marker != marker_of_other);
+            other += 1;
+        }
+        k += 1;
+    }
+};
+
 pub(crate) fn methods(chart: Chart) -> Vec<&'static Row> {
-    let rows = const { &METHODS }.iter().filter(|row| row.on.contains(&chart));
-    let rows: Vec<_> = rows.collect();
-    // Lines differ in colour or marker, and the last two markers are left to others.
-    let looks: HashSet<_> = rows.iter().map(|row| [row.style[0], row.style[2]]).collect();
-    assert!(looks.len() == rows.len() && looks.iter().all(|[_, at]| at + 2 < MARKERS.len()));
-    rows
+    const { &METHODS }.iter().filter(|row| row.on.contains(&chart)).collect()
 }
 
 /// Whether a series has the label of a method.
