@@ -121,8 +121,8 @@ impl<T: Scalar> Monitor<T> {
     ) -> Option<Status> {
         if !residual.is_finite() {
             let entry = x.iter().position(|x| !x.is_finite());
-            let index = entry.map(|k| problem.strip().map_or(k, |strip| strip.index(k)));
-            let [first] = problem.largest([index.map_or(f64::NEG_INFINITY, |k| -(k as f64))]);
+            let place = entry.map_or(f64::NEG_INFINITY, |k| -(problem.index(k) as f64));
+            let [first] = problem.largest([place]);
             return Some(Status::Diverged(if first.is_finite() {
                 Divergence::Entry { index: -first as usize }
             } else {

@@ -222,7 +222,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     }
 
     /// Returns the index in the whole grid of this rank's unknown `k`.
-    fn index(&self, k: usize) -> usize {
+    #[doc(hidden)]
+    pub fn index(&self, k: usize) -> usize {
         self.strip().map_or(k, |strip| strip.index(k))
     }
 
