@@ -21,18 +21,16 @@ impl<T: Scalar> Sweep<'_, T> {
     fn exact_sum(&self, question: Question, q: &Rhs<'_, T>, x: &[T], meter: Meter) -> Part {
         let (arch, beside) = (Arch::new(), &self.beside(x));
         let add = |tally: &mut Tally<f64>, at: Range<usize>| {
+            let mut entries = [0.0; BLOCK];
+            let entries = &mut entries[..at.len()];
             vectorised(
                 arch,
                 #[inline(always)]
-                || {
-                    let mut entries = [0.0; BLOCK];
-                    let entries = &mut entries[..at.len()];
-                    self.answer(question, q.entries(), x, beside, at, entries);
-                    tally.add(meter, entries);
-                },
+                || self.answer(question, q.entries(), x, beside, at, entries),
             );
+            tally.add(meter, entries);
         };
-        totals(self.stretches(), self.parallel, add).sum(self.strip())
+        totals(self.stretches(), self.parallel, &add).sum(self.strip())
     }
 
     /// Overwrites `entries` with the answers of a block of points, `at` consecutive indices of one

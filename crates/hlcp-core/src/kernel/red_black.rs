@@ -32,32 +32,27 @@ impl<T: Scalar> Old<'_, T> {
         y: &mut [T],
     ) -> Totals {
         let new = self.strip.map_or([vec![], vec![]], |strip| {
-            strip.exchange(1, first_colours::<_, _, ACCELERATED>(self, source))
+            strip.exchange(1, first_colours::<_, _, ACCELERATED>(arch, self, source))
         });
         let (old, nx) = (&Old { new: columns(&new), ..*self }, self.grid.nx);
         let bands = y.chunks_mut(nx * HEIGHT);
         let threads = team::threads(self.parallel, self.x.len()).min(bands.len());
         let (bands, sum) = (Claims::new(bands.enumerate()), OrderedSum::new());
         team::spread(threads, &|| {
-            vectorised(
-                arch,
-                #[inline(always)]
-                || {
-                    let mut worker = Worker::new(old, source);
-                    // Beside the worker, not in it: within, a sweep takes a tenth longer.
-                    let mut tallies = Tallies::new(old.stretches);
-                    while let Some((number, band)) = bands.next() {
-                        worker.relax::<ACCELERATED>(number * HEIGHT, band, &mut tallies);
-                        sum.add(number, tallies.take(0..nx));
-                    }
-                },
-            );
+            let mut worker = Worker::new(arch, old, source);
+            // Beside the worker, not in it: within, a sweep takes a tenth longer.
+            let mut tallies = Tallies::new(old.stretches);
+            while let Some((number, band)) = bands.next() {
+                worker.relax::<ACCELERATED>(number * HEIGHT, band, &mut tallies);
+                sum.add(number, tallies.take(0..nx));
+            }
         });
         sum.total()
     }
 }
 
 struct Worker<'a, T, S: Source<T>> {
+    arch: Arch,
     old: &'a Old<'a, T>,
     source: &'a S,
     loaded: S::Loaded,
@@ -68,15 +63,16 @@ struct Worker<'a, T, S: Source<T>> {
 /// Returns the first colour of the new iterate in the first and in the last column; the numbers at
 /// points of the second colour mean nothing.
 fn first_colours<T: Scalar, S: Source<T>, const ACCELERATED: bool>(
+    arch: Arch,
     old: &Old<'_, T>,
     source: &S,
 ) -> [Vec<f64>; 2] {
     let Grid { nx, ny, .. } = old.grid;
-    let mut worker = Worker::new(old, source);
+    let mut worker = Worker::new(arch, old, source);
     [0, nx - 1].map(|i| {
         let mut first = |j| {
             let mut t = [T::zero()];
-            worker.prepare::<ACCELERATED>(j, i..i + 1, &mut t);
+            worker.prepare::<ACCELERATED>(j, i..i + 1, &mut t, None);
             t[0].wide()
         };
         (0..ny).map(&mut first).collect()
@@ -84,14 +80,12 @@ fn first_colours<T: Scalar, S: Source<T>, const ACCELERATED: bool>(
 }
 
 impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
-    #[inline(always)]
-    fn new(old: &'a Old<'a, T>, source: &'a S) -> Self {
+    fn new(arch: Arch, old: &'a Old<'a, T>, source: &'a S) -> Self {
         let (loaded, padded) = (source.loaded(), [T::zero(); COLUMNS + 2]);
-        Self { old, source, loaded, padded, defect: *zeros() }
+        Self { arch, old, source, loaded, padded, defect: *zeros() }
     }
 
     /// Relaxes the rows of `band`, the first of which is row `first` of the grid.
-    #[inline(always)]
     fn relax<const ACCELERATED: bool>(
         &mut self,
         first: usize,
@@ -107,8 +101,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
                 for start in (0..nx).step_by(S::CHUNK) {
                     let columns = start..nx.min(start + S::CHUNK);
                     let t = &mut band[k * nx..][columns.clone()];
-                    self.prepare::<ACCELERATED>(first + k, columns, t);
-                    tallies.add(self.old.meter, start, &self.defect[..t.len()]);
+                    self.prepare::<ACCELERATED>(first + k, columns, t, Some(tallies));
                 }
             }
             if k == 0 {
@@ -118,10 +111,10 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
                 let columns = start..nx.min(start + S::CHUNK);
                 let [before, after] = beside.each_mut().map(|t| &mut t[..columns.len()]);
                 if k == 1 && first > 0 {
-                    self.prepare::<ACCELERATED>(first - 1, columns.clone(), before);
+                    self.prepare::<ACCELERATED>(first - 1, columns.clone(), before, None);
                 }
                 if k == height && first + height < ny {
-                    self.prepare::<ACCELERATED>(first + height, columns.clone(), after);
+                    self.prepare::<ACCELERATED>(first + height, columns.clone(), after, None);
                 }
                 self.finish::<ACCELERATED>(first, k - 1, columns, band, [before, after]);
             }
@@ -129,10 +122,15 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
     }
 
     /// Does the first phase of a stretch of row `j`: F(x), and `t`, which is what the first colour
-    /// becomes.
-    #[inline(always)]
-    fn prepare<const ACCELERATED: bool>(&mut self, j: usize, columns: Range<usize>, t: &mut [T]) {
-        let Old { grid, x, q, q_factor, .. } = *self.old;
+    /// becomes; sums the squares of F(x) where there are `tallies`.
+    fn prepare<const ACCELERATED: bool>(
+        &mut self,
+        j: usize,
+        columns: Range<usize>,
+        t: &mut [T],
+        tallies: Option<&mut Tallies<T>>,
+    ) {
+        let Old { grid, x, q, q_factor, meter, .. } = *self.old;
         let Range { start, end } = columns.clone();
         let n = t.len().min(S::CHUNK);
         let row = |j: usize| &x[j * grid.nx..(j + 1) * grid.nx];
@@ -142,20 +140,23 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         pad(row(j), columns.clone(), ends, &mut self.padded);
         let second = second_colour(grid, start, j);
         self.source.load(j, columns, &mut self.loaded);
-        first_phase::<T, S, ACCELERATED>(
-            self.source,
-            &self.loaded,
-            second,
-            [south, &self.padded, north],
-            &q[j * grid.nx..][start..end],
-            q_factor,
-            &mut self.defect,
-            t,
+        let (source, loaded, q) = (self.source, &self.loaded, &q[j * grid.nx..][start..end]);
+        let (around, defect) = ([south, &self.padded, north], &mut self.defect);
+        vectorised(
+            self.arch,
+            #[inline(always)]
+            || {
+                first_phase::<_, _, ACCELERATED>(
+                    source, loaded, second, around, q, q_factor, defect, t,
+                );
+                if let Some(tallies) = tallies {
+                    tallies.add(meter, start, &defect[..n]);
+                }
+            },
         );
     }
 
     /// Does the second phase of a stretch of row `k` of `band`: the second colour.
-    #[inline(always)]
     fn finish<const ACCELERATED: bool>(
         &mut self,
         first: usize,
@@ -176,12 +177,12 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         pad(row, columns.clone(), ends, &mut self.padded);
         let second = second_colour(grid, columns.start, first + k);
         self.source.load(first + k, columns.clone(), &mut self.loaded);
-        second_phase::<T, S, ACCELERATED>(
-            self.source,
-            &self.loaded,
-            second,
-            [south, &self.padded, north],
-            &mut row[columns],
+        let (source, loaded, y) = (self.source, &self.loaded, &mut row[columns]);
+        let around = [south, &self.padded, north];
+        vectorised(
+            self.arch,
+            #[inline(always)]
+            || second_phase::<_, _, ACCELERATED>(source, loaded, second, around, y),
         );
     }
 }

@@ -132,15 +132,8 @@ impl<'a, T: Scalar> Smoother<'a, T> {
         let Sweep { grid, parallel, .. } = self.sweep;
         let beside = columns(beside);
         team::spread(team::threads(parallel, x.len()), &|| {
-            vectorised(
-                Arch::new(),
-                #[inline(always)]
-                || {
-                    let around = Around::new(grid, x, beside);
-                    let loaded = source.loaded();
-                    pass.work(&mut Defects { nx: grid.nx, source, loaded, around, f });
-                },
-            );
+            let (around, loaded) = (Around::new(grid, x, beside), source.loaded());
+            pass.work(&mut Defects { arch: Arch::new(), nx: grid.nx, source, loaded, around, f });
         });
     }
 
@@ -168,6 +161,7 @@ impl<T: Scalar> Sweep<'_, T> {
 
 /// The defect of one thread, row by row.
 pub(super) struct Defects<'a, T, S: Source<T>> {
+    pub(super) arch: Arch,
     nx: usize,
     source: &'a S,
     loaded: S::Loaded,
@@ -177,7 +171,6 @@ pub(super) struct Defects<'a, T, S: Source<T>> {
 
 impl<T: Scalar, S: Source<T>> Defects<'_, T, S> {
     /// Overwrites `d` with a stretch of row `j`, of at most [`COLUMNS`] columns.
-    #[inline(always)]
     pub(super) fn row(&mut self, j: usize, columns: Range<usize>, d: &mut [T]) {
         for start in columns.clone().step_by(S::CHUNK) {
             let stretch = start..columns.end.min(start + S::CHUNK);
@@ -190,7 +183,12 @@ impl<T: Scalar, S: Source<T>> Defects<'_, T, S> {
             self.source.load(j, stretch.clone(), &mut self.loaded);
             let ends = self.around.ends(j, &stretch);
             let around = self.around.stretch(j, stretch);
-            defect_phase(self.source, &self.loaded, around, ends, f, factor, d);
+            let (source, loaded) = (self.source, &self.loaded);
+            vectorised(
+                self.arch,
+                #[inline(always)]
+                || defect_phase(source, loaded, around, ends, f, factor, d),
+            );
         }
     }
 }
@@ -243,7 +241,6 @@ enum Pass<'a, T> {
 }
 
 impl<T: Scalar> Pass<'_, T> {
-    #[inline(always)]
     fn work<S: Source<T>>(&self, defects: &mut Defects<'_, T, S>) {
         let Grid { nx, ny, .. } = defects.around.grid;
         match self {
@@ -254,7 +251,11 @@ impl<T: Scalar> Pass<'_, T> {
                         for start in (0..nx).step_by(COLUMNS) {
                             let d = &mut d[..COLUMNS.min(nx - start)];
                             defects.row(j, start..start + d.len(), d);
-                            tallies.add(*meter, start, d);
+                            vectorised(
+                                defects.arch,
+                                #[inline(always)]
+                                || tallies.add(*meter, start, d),
+                            );
                         }
                     }
                     sum.add(number, tallies.take(0..nx));

@@ -97,7 +97,7 @@ impl<'a, T: Scalar> Sweep<'a, T> {
     }
 
     fn measure(&self, q: &Rhs<'_, T>, z: &[T], r: &[T], meter: Meter) -> Norms {
-        let sign = self.q_factor / self.gamma;
+        let (arch, sign) = (Arch::new(), self.q_factor / self.gamma);
         let (z, r) = if sign < T::zero() { (r, z) } else { (z, r) };
         let (nx, z_beside, r_beside) = (self.grid.nx, self.beside(z), self.beside(r));
         let add = |tally: &mut Tally<T>, at: Range<usize>| {
@@ -108,14 +108,21 @@ impl<'a, T: Scalar> Sweep<'a, T> {
             let ends = |beside: &[Vec<T>; 2]| {
                 [0, 1].map(|side| beside[side].get(j).copied().filter(|_| is_end[side]))
             };
-            self.a.product(nx, j, start, z, ends(&z_beside), az);
-            self.b.product(nx, j, start, r, ends(&r_beside), br);
-            for ((az, &br), &q) in az.iter_mut().zip(&*br).zip(&q.entries()[at]) {
-                *az = *az - br + sign * q;
-            }
+            let (z_ends, r_ends) = (ends(&z_beside), ends(&r_beside));
+            vectorised(
+                arch,
+                #[inline(always)]
+                || {
+                    self.a.product(nx, j, start, z, z_ends, az);
+                    self.b.product(nx, j, start, r, r_ends, br);
+                    for ((az, &br), &q) in az.iter_mut().zip(&*br).zip(&q.entries()[at]) {
+                        *az = *az - br + sign * q;
+                    }
+                },
+            );
             tally.add(meter, az);
         };
-        let sum = totals(self.stretches(), self.parallel, add).sum(self.strip());
+        let sum = totals(self.stretches(), self.parallel, &add).sum(self.strip());
         meter.norms_of(sum, T::one())
     }
 
@@ -241,28 +248,22 @@ impl<T: Scalar> Old<'_, T> {
         let turns: Vec<_> = (0..stretches).map(|_| Turns::new([[T::zero(); COLUMNS]; 2])).collect();
         let (bands, sum) = (Claims::new(bands.enumerate()), OrderedSum::new());
         team::spread(threads, &|| {
-            vectorised(
-                arch,
-                #[inline(always)]
-                || {
-                    let Grid { nx, ny, .. } = self.grid;
-                    let _breaker = Breaker(&turns);
-                    let mut worker = Worker::new(self, source);
-                    let mut rows: [&[T]; 2] = [&[]; 2];
-                    while let Some((number, band)) = bands.next() {
-                        let (done, height) = (number * ROWS, band.len() / nx);
-                        let first = if BACKWARD { ny - done - height } else { done };
-                        let edge = Edge { number, rows, turns: &turns };
-                        worker.relax::<BACKWARD, ACCELERATED>(first, band, edge);
-                        if let Some((_, tallies)) = &mut worker.measured {
-                            sum.add(number, tallies.take(0..nx));
-                        }
-                        let [south, north] = [&band[..nx], &band[(height - 1) * nx..]];
-                        let [first, last] = if BACKWARD { [north, south] } else { [south, north] };
-                        rows = [last, if number == 0 { first } else { rows[1] }];
-                    }
-                },
-            );
+            let Grid { nx, ny, .. } = self.grid;
+            let _breaker = Breaker(&turns);
+            let mut worker = Worker::new(arch, self, source);
+            let mut rows: [&[T]; 2] = [&[]; 2];
+            while let Some((number, band)) = bands.next() {
+                let (done, height) = (number * ROWS, band.len() / nx);
+                let first = if BACKWARD { ny - done - height } else { done };
+                let edge = Edge { number, rows, turns: &turns };
+                worker.relax::<BACKWARD, ACCELERATED>(first, band, edge);
+                if let Some((_, tallies)) = &mut worker.measured {
+                    sum.add(number, tallies.take(0..nx));
+                }
+                let [south, north] = [&band[..nx], &band[(height - 1) * nx..]];
+                let [first, last] = if BACKWARD { [north, south] } else { [south, north] };
+                rows = [last, if number == 0 { first } else { rows[1] }];
+            }
         });
         sum.total()
     }

@@ -1,11 +1,13 @@
 use std::ops::Range;
 
+use pulp::Arch;
+
 use super::{
     coefficients::{Pair, Source, part},
     grid::{COLUMNS, Grid, Old, PAD, ROWS, zeros},
 };
 use crate::{
-    numbers::{Scalar, Tallies},
+    numbers::{Scalar, Tallies, vectorised},
     parallel::Turns,
 };
 
@@ -28,6 +30,7 @@ pub(super) struct Worker<'a, T, S: Source<T>> {
     loaded: S::Loaded,
     kept: [S::Kept; ROWS],
     around: Around<'a, T>,
+    arch: Arch,
     old: &'a Old<'a, T>,
     source: &'a S,
     /// The factors of the first point of each row at its last, where rows close.
@@ -83,20 +86,18 @@ impl<'a, T: Scalar> Around<'a, T> {
 }
 
 impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
-    #[inline(always)]
-    pub(super) fn new(old: &'a Old<'a, T>, source: &'a S) -> Self {
+    pub(super) fn new(arch: Arch, old: &'a Old<'a, T>, source: &'a S) -> Self {
         let (loaded, kept) = (source.loaded(), std::array::from_fn(|_| source.kept()));
         let around = Around::new(old.grid, old.x, old.beside);
         let (along, before) = ([[T::zero(); 2]; ROWS], [T::zero(); ROWS]);
         let measured =
             (!S::LEAN).then(|| ([T::zero(); COLUMNS + PAD], Tallies::new(old.stretches)));
-        Self { old, source, loaded, kept, around, along, before, measured }
+        Self { arch, old, source, loaded, kept, around, along, before, measured }
     }
 
     /// Relaxes the rows of `band`, at most [`ROWS`], the first of which is row `first` of the grid.
     ///
     /// `edge` is the neighbouring row that the sweep has done last.
-    #[inline(always)]
     pub(super) fn relax<const BACKWARD: bool, const ACCELERATED: bool>(
         &mut self,
         first: usize,
@@ -122,7 +123,6 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
     }
 
     /// Does the first phase of a stretch of row `j`: F(x) for the norms, and `t` into `y`.
-    #[inline(always)]
     fn prepare<const BACKWARD: bool, const ACCELERATED: bool>(
         &mut self,
         j: usize,
@@ -136,18 +136,33 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         let ends = self.around.ends(j, &columns);
         let [south, west, here, east, north] = self.around.stretch(j, columns.clone());
         self.source.load(j, columns, &mut self.loaded);
-        let (source, loaded, kept) = (self.source, &self.loaded, &mut self.kept[k]);
+        let (arch, source) = (self.arch, self.source);
+        let (loaded, kept) = (&self.loaded, &mut self.kept[k]);
         let (q, t) = (&q[from..until], &mut y[start..end]);
         if let Some((defect, tallies)) = &mut self.measured {
             let (around, defect) = ([south, west, here, east, north], &mut defect[..end - start]);
-            first_phase::<_, _, BACKWARD, ACCELERATED>(
-                source, loaded, kept, around, ends, q, q_factor, defect, t,
+            vectorised(
+                arch,
+                #[inline(always)]
+                || {
+                    first_phase::<_, _, BACKWARD, ACCELERATED>(
+                        source, loaded, kept, around, ends, q, q_factor, defect, t,
+                    );
+                    tallies.add(meter, start, defect);
+                },
             );
-            tallies.add(meter, start, defect);
         } else {
             let coming = if BACKWARD { [south, west] } else { [north, east] };
             let beyond = if BACKWARD { ends[0] } else { ends[1] };
-            lean_phase::<_, _, BACKWARD>(source, loaded, kept, coming, beyond, q, q_factor, t);
+            vectorised(
+                arch,
+                #[inline(always)]
+                || {
+                    lean_phase::<_, _, BACKWARD>(
+                        source, loaded, kept, coming, beyond, q, q_factor, t,
+                    );
+                },
+            );
         }
         if grid.round != [false; 2] {
             self.close::<BACKWARD, ACCELERATED>(j, k, start..end, y);
@@ -156,7 +171,6 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
 
     /// Moves what neighbours across a grid that closes contribute to `t`: the sweep's first point
     /// of a row, and its first row, have passed none there, and the last ones have.
-    #[inline(always)]
     fn close<const BACKWARD: bool, const ACCELERATED: bool>(
         &mut self,
         j: usize,
@@ -195,7 +209,6 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
     }
 
     /// Runs the recurrence over a stretch of the band.
-    #[inline(always)]
     fn recur<const BACKWARD: bool, const ACCELERATED: bool>(
         &mut self,
         band: &mut [T],
@@ -260,7 +273,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
             let whole = length == nx;
             let closed = closing.map(|pairs| Ends { pairs, opened, whole });
             let rows = rows.map(|row| &mut row[columns.clone()]);
-            link.skewed(passed, start, rows, closed);
+            link.skewed(self.arch, passed, start, rows, closed);
         } else {
             for k in 0..height {
                 let row = if BACKWARD { height - 1 - k } else { k };
@@ -424,9 +437,9 @@ impl<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED: bool>
     }
 
     /// Relaxes rows side by side, row `k` one column behind row `k − 1`.
-    #[inline(always)]
     fn skewed(
         &self,
+        arch: Arch,
         passed: &[T],
         start: [T; ROWS],
         mut rows: [&mut [T]; ROWS],
@@ -442,8 +455,14 @@ impl<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED: bool>
         let m = n + 1 - ROWS;
         let wide = m - m % 64;
         let done = m - m % 8;
-        self.blocks::<64>(0..wide, passed, &mut y, &mut rows);
-        self.blocks::<8>(wide..done, passed, &mut y, &mut rows);
+        vectorised(
+            arch,
+            #[inline(always)]
+            || {
+                self.blocks::<64>(0..wide, passed, &mut y, &mut rows);
+                self.blocks::<8>(wide..done, passed, &mut y, &mut rows);
+            },
+        );
         for (k, &y) in y.iter().enumerate() {
             let (before, row) = rows.split_at_mut(k);
             let across = before.last().map_or(passed, |row| row);

@@ -265,28 +265,26 @@ impl<T: Scalar> Transfer<T> {
     }
 
     fn run(&self, degree: Degree, coarse: &[T], fine: &mut [T], parallel: bool) {
-        let threads = team::threads(parallel, fine.len());
+        let (arch, threads) = (Arch::new(), team::threads(parallel, fine.len()));
         let strip = self.strip.as_ref();
         let beside =
             &strip.map_or([vec![], vec![]], |strip| strip.beside(degree as usize, |k| coarse[k]));
         let nx = self.axes[0].fine;
         let bands = Claims::new(fine.chunks_mut(nx * HEIGHT).enumerate());
         team::spread(threads, &|| {
-            vectorised(
-                Arch::new(),
-                #[inline(always)]
-                || {
-                    let mut line = [T::zero(); WIDTH + 2];
-                    while let Some((number, band)) = bands.next() {
-                        for (j, fine) in (number * HEIGHT..).zip(band.chunks_exact_mut(nx)) {
-                            match degree {
-                                Degree::Linear => self.linear(coarse, beside, j, &mut line, fine),
-                                Degree::Cubic => self.cubic(coarse, beside, j, fine),
-                            }
-                        }
-                    }
-                },
-            );
+            let mut line = [T::zero(); WIDTH + 2];
+            while let Some((number, band)) = bands.next() {
+                for (j, fine) in (number * HEIGHT..).zip(band.chunks_exact_mut(nx)) {
+                    vectorised(
+                        arch,
+                        #[inline(always)]
+                        || match degree {
+                            Degree::Linear => self.linear(coarse, beside, j, &mut line, fine),
+                            Degree::Cubic => self.cubic(coarse, beside, j, fine),
+                        },
+                    );
+                }
+            }
         });
     }
 
@@ -380,7 +378,6 @@ impl<T: Scalar> Transfer<T> {
     /// Overwrites band `number` of a coarse vector with the full weighting of a defect, of which
     /// other ranks have the columns `beside`: the transpose of the bilinear interpolation over the
     /// ratio of the cells' areas.
-    #[inline(always)]
     pub(super) fn restrict<S: Source<T>>(
         &self,
         number: usize,
@@ -436,15 +433,7 @@ impl<T: Scalar> Transfer<T> {
                     defects.row(j, 0..beyond, &mut d[inside..n]);
                 }
                 let ([before, after], weight) = y_axis.beside(j);
-                let earlier = T::one() - weight;
-                if earlier == T::zero() {
-                    next[..n].iter_mut().zip(&d[..n]).for_each(|(next, &d)| *next += d);
-                } else {
-                    for ((sum, next), &d) in sum[..n].iter_mut().zip(&mut next[..n]).zip(&d[..n]) {
-                        *sum += earlier * d;
-                        *next += weight * d;
-                    }
-                }
+                share_out(defects.arch, weight, &d[..n], [&mut sum[..n], &mut next[..n]]);
                 let (complete, whole) = if y_axis.halves() {
                     (before.filter(|_| j % 2 == 1 || j + 1 == y_axis.fine), &*sum)
                 } else {
@@ -452,7 +441,11 @@ impl<T: Scalar> Transfer<T> {
                 };
                 if let Some(k) = complete.filter(|k| (first..first + height).contains(k)) {
                     let out = &mut band[(k - first) * width..][columns.clone()];
-                    x_axis.weigh(columns.start, scale, whole, out);
+                    vectorised(
+                        defects.arch,
+                        #[inline(always)]
+                        || x_axis.weigh(columns.start, scale, whole, out),
+                    );
                 }
                 if complete.is_some() || j % 2 == 1 {
                     std::mem::swap(&mut sum, &mut next);
@@ -464,6 +457,25 @@ impl<T: Scalar> Transfer<T> {
             }
         }
     }
+}
+
+/// Adds a row of the defect to the two coarse rows beside it, given its weight in the later one.
+fn share_out<T: Scalar>(arch: Arch, weight: T, d: &[T], [sum, next]: [&mut [T]; 2]) {
+    let earlier = T::one() - weight;
+    vectorised(
+        arch,
+        #[inline(always)]
+        || {
+            if earlier == T::zero() {
+                next.iter_mut().zip(d).for_each(|(next, &d)| *next += d);
+            } else {
+                for ((sum, next), &d) in sum.iter_mut().zip(next).zip(d) {
+                    *sum += earlier * d;
+                    *next += weight * d;
+                }
+            }
+        },
+    );
 }
 
 impl<T: Scalar> Axis<T> {

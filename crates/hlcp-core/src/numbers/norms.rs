@@ -152,8 +152,16 @@ impl<T: Scalar> Tally<T> {
     }
 
     /// Adds the squares of a block, and compares its entries with the largest.
-    #[inline(always)]
     pub(crate) fn add(&mut self, meter: Meter, block: &[T]) {
+        vectorised(
+            Arch::new(),
+            #[inline(always)]
+            || self.add_here(meter, block),
+        );
+    }
+
+    #[inline(always)]
+    fn add_here(&mut self, meter: Meter, block: &[T]) {
         let (mut sums, mut largest) = ([0.0; LANES], [T::zero(); LANES]);
         let (chunks, rest) = block.as_chunks::<LANES>();
         for chunk in chunks {
@@ -175,8 +183,16 @@ impl<T: Scalar> Tally<T> {
     }
 
     /// Adds the products of the entries of two blocks.
-    #[inline(always)]
     pub(crate) fn add_products(&mut self, u: &[T], v: &[T]) {
+        vectorised(
+            Arch::new(),
+            #[inline(always)]
+            || self.add_products_here(u, v),
+        );
+    }
+
+    #[inline(always)]
+    fn add_products_here(&mut self, u: &[T], v: &[T]) {
         let mut sums = [0.0; LANES];
         let ((us, u), (vs, v)) = (u.as_chunks::<LANES>(), v.as_chunks::<LANES>());
         for (u, v) in us.iter().zip(vs) {
@@ -250,7 +266,7 @@ impl<T: Scalar> Tallies<T> {
     #[inline(always)]
     pub(crate) fn add(&mut self, meter: Meter, column: usize, values: &[T]) {
         for (k, block) in values.chunks(BLOCK).enumerate() {
-            self.at(column + k * BLOCK).add(meter, block);
+            self.at(column + k * BLOCK).add_here(meter, block);
         }
     }
 

@@ -84,6 +84,10 @@ impl<S: 'static, D: 'static> Compiled<S, D> {
 ///
 /// The bound is what makes it so: a closure that `dispatch` is given at once is taken for an `Fn`,
 /// which a function in between calls, compiled for the least set.
+///
+/// `work` is a loop over a stretch of a row, and nothing around it, since it is compiled three
+/// times: with whole sweeps in it this crate takes 2.7 times as long to compile, and they are no
+/// faster.
 #[inline(always)]
 pub(crate) fn vectorised<R>(arch: Arch, work: impl FnOnce() -> R) -> R {
     arch.dispatch(work)

@@ -2,10 +2,8 @@
 
 use std::ops::Range;
 
-use pulp::Arch;
-
 use super::{Claims, OrderedSum, Strip};
-use crate::numbers::{BLOCK, Part, Scalar, Stretches, Tallies, Tally, Totals, vectorised};
+use crate::numbers::{BLOCK, Part, Scalar, Stretches, Tallies, Tally, Totals};
 
 /// The fewest unknowns that are worth waking a second thread for; tests of this crate share any
 /// number.
@@ -23,7 +21,7 @@ pub(crate) fn threads(parallel: bool, n: usize) -> usize {
 }
 
 /// Runs `work` once on each of `threads` threads of the current pool, as far as they are free.
-pub(crate) fn spread(threads: usize, work: &(impl Fn() + Sync)) {
+pub(crate) fn spread(threads: usize, work: &(dyn Fn() + Sync)) {
     #[cfg(feature = "rayon")]
     if threads > 1 {
         let half = threads / 2;
@@ -53,7 +51,7 @@ const ROWS: usize = 8;
 pub(crate) fn totals<T: Scalar>(
     stretches: Stretches,
     parallel: bool,
-    add: impl Fn(&mut Tally<T>, Range<usize>) + Sync,
+    add: &(dyn Fn(&mut Tally<T>, Range<usize>) + Sync),
 ) -> Totals {
     let Stretches { nx, ny, width } = stretches;
     // Threads share bands of rows; the stretches where there is one band alone.
@@ -61,28 +59,19 @@ pub(crate) fn totals<T: Scalar>(
     let claims = Claims::new(0..ny.div_ceil(ROWS) * portions);
     let sum = OrderedSum::new();
     spread(threads(parallel, nx * ny), &|| {
-        vectorised(
-            Arch::new(),
-            #[inline(always)]
-            || {
-                let mut tallies = Tallies::new(stretches);
-                while let Some(number) = claims.next() {
-                    let (first, portion) = (number / portions * ROWS, number % portions);
-                    let columns = if portions == 1 {
-                        0..nx
-                    } else {
-                        portion * width..nx.min((portion + 1) * width)
-                    };
-                    for j in first..ny.min(first + ROWS) {
-                        for start in columns.clone().step_by(BLOCK) {
-                            let block = j * nx + start..j * nx + columns.end.min(start + BLOCK);
-                            add(tallies.at(start), block);
-                        }
-                    }
-                    sum.add(number, tallies.take(columns));
+        let mut tallies = Tallies::new(stretches);
+        while let Some(number) = claims.next() {
+            let (first, portion) = (number / portions * ROWS, number % portions);
+            let columns =
+                if portions == 1 { 0..nx } else { portion * width..nx.min((portion + 1) * width) };
+            for j in first..ny.min(first + ROWS) {
+                for start in columns.clone().step_by(BLOCK) {
+                    let block = j * nx + start..j * nx + columns.end.min(start + BLOCK);
+                    add(tallies.at(start), block);
                 }
-            },
-        );
+            }
+            sum.add(number, tallies.take(columns));
+        }
     });
     sum.total()
 }

@@ -554,17 +554,17 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// ```
     pub fn dot(&self, u: &[T], v: &[T]) -> f64 {
         self.assert_orders([("u", u.len()), ("v", v.len())]);
-        self.total(|tally, at| tally.add_products(&u[at.clone()], &v[at])).sum
+        self.total(&|tally, at| tally.add_products(&u[at.clone()], &v[at])).sum
     }
 
     /// Returns the norms of a vector in units of a meter, divided by γ.
     pub(crate) fn measure(&self, meter: Meter, v: &[T], gamma: T) -> Norms {
         self.assert_orders([("v", v.len())]);
-        meter.norms_of(self.total(|tally, at| tally.add(meter, &v[at])), gamma)
+        meter.norms_of(self.total(&|tally, at| tally.add(meter, &v[at])), gamma)
     }
 
     /// Sums over all points: `add` takes the indices of some of one row.
-    fn total(&self, add: impl Fn(&mut Tally<T>, Range<usize>) + Sync) -> Part {
+    fn total(&self, add: &(dyn Fn(&mut Tally<T>, Range<usize>) + Sync)) -> Part {
         totals(self.stretches(), self.parallel, add).sum(self.strip())
     }
 

@@ -66,7 +66,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         let (omega, gamma) = (self.omega().coefficients(), self.gamma());
         [true, false].map(|of_z| {
             Meter::measured(1.0, self.whole_order(), |meter| {
-                let sum = self.total(|tally, at| {
+                let sum = self.total(&|tally, at| {
                     let mut entries = [T::zero(); BLOCK];
                     let pairs = entries.iter_mut().zip(&x[at.clone()]);
                     if of_z {
