@@ -2,10 +2,17 @@
 
 use std::{f64::consts::TAU, time::Instant};
 
-use hlcp_core::{FivePoint, Identity, Omega, RowMajor, Tridiagonal, Varying};
+use hlcp_core::{FivePoint, Identity, Omega, RowMajor, Rows, Tridiagonal, Varying};
 use hlcp_verify::Film;
 
 use super::*;
+
+/// For operators behind `dyn`, for which the methods are compiled once.
+type Operator<'a> = &'a dyn Rows<f64>;
+
+fn auto<'a>(a: Operator<'a>, b: Operator<'a>) -> Auto<f64, Operator<'a>, Operator<'a>> {
+    Auto::new(Hlcp::from_pair(a, b).unwrap()).unwrap()
+}
 
 /// A long strip whose gap is rough.
 fn strip() -> (FivePoint<Varying<f64>>, FivePoint<Varying<f64>>, Vec<f64>) {
@@ -23,7 +30,7 @@ fn strip() -> (FivePoint<Varying<f64>>, FivePoint<Varying<f64>>, Vec<f64>) {
 /// as many `turns` of its own, the last of which ends the solve.
 fn sweeps(window: usize, turns: usize) -> usize {
     let (a, b, q) = strip();
-    let mut auto = Auto::new(Hlcp::from_pair(&a, &b).unwrap()).unwrap();
+    let mut auto = auto(&a, &b);
     let is_own = |each: &Candidate<_, _, _>| each.choice == AutoChoice::AmgNewton;
     let own = auto.candidates.iter().position(is_own).unwrap();
     auto.candidates[own].window = window;
@@ -72,7 +79,7 @@ fn a_line_is_solved_at_once_where_all_unknowns_are_on_one_side() {
     for (a, b, sign) in [(string, ground, -1.0), (ground, string, 1.0)] {
         let q: Vec<f64> =
             (0..n).map(|i| if i / (n / 3) == 1 { 3.0 * sign } else { -sign }).collect();
-        let mut solver = crate::Solver::new(Auto::new(Hlcp::from_pair(&a, &b).unwrap()).unwrap());
+        let mut solver = crate::Solver::new(auto(&a, &b));
         let outcome = solver.solve(&q, crate::Limits::relative(1e-6)).unwrap();
         // A look at the start and two solves, each with a step.
         assert!(outcome.converged() && outcome.sweeps <= 15, "{outcome}");
@@ -104,10 +111,10 @@ fn a_film_on_a_line_is_solved_from_all_columns() {
         let q: Vec<f64> = (0..n).map(|i| 6.0 * (gap(i as f64) - gap(i as f64 - 1.0))).collect();
         let exchanged: Vec<f64> = q.iter().map(|q| -q).collect();
         let limits = crate::Limits::relative(1e-9);
-        let mut solver = crate::Solver::new(Auto::new(Hlcp::from_pair(&a, &b).unwrap()).unwrap());
+        let mut solver = crate::Solver::new(auto(&a, &b));
         let outcome = solver.solve(&q, limits).unwrap();
         assert!(outcome.converged() && outcome.sweeps <= 80, "{lobes} {depth} {outcome}");
-        let mut solver = crate::Solver::new(Auto::new(Hlcp::from_pair(&b, &a).unwrap()).unwrap());
+        let mut solver = crate::Solver::new(auto(&b, &a));
         let outcome = solver.solve(&exchanged, limits).unwrap();
         assert!(outcome.converged() && outcome.sweeps <= 80, "{lobes} {depth} {outcome}");
     }
@@ -118,7 +125,8 @@ fn a_film_on_a_line_is_solved_from_all_columns() {
 #[cfg(feature = "direct")]
 fn a_restart_forgets_what_an_elimination_costs() {
     let a = almost_skew();
-    let mut auto = Auto::new(Hlcp::lcp(&a).unwrap()).unwrap();
+    let one = Identity { order: 501 };
+    let mut auto = auto(&a, &one);
     let prospects = |auto: &Auto<_, _, _>| -> Vec<_> {
         auto.candidates.iter().map(|each| (each.promise, each.window)).collect()
     };
@@ -158,7 +166,7 @@ fn elimination_begins_where_factors_hold_hardly_more_than_the_matrix() {
             offsets.push(columns.len());
         }
         let a = hlcp_core::Csr::<f64>::new(offsets, columns, values).unwrap();
-        let mut solver = crate::Solver::new(Auto::new(Hlcp::from_pair(&a, one).unwrap()).unwrap());
+        let mut solver = crate::Solver::new(auto(&a, &one));
         let mut first = None;
         for _ in 0..2 {
             let outcome = solver.solve(&q, crate::Limits::default()).unwrap();
@@ -184,9 +192,9 @@ fn a_full_matrix_takes_no_more_than_its_elimination() {
     let a: Vec<f64> = (0..n * n).map(|k| entry(k / n, k % n)).collect();
     let a = RowMajor::new(n, a).unwrap();
     let q: Vec<f64> = (0..n).map(|i| (i as f64 / n as f64 - 0.5).powi(2) - 0.02).collect();
-    let mut solver = crate::Solver::new(Auto::new(Hlcp::lcp(&a).unwrap()).unwrap());
-    let outcome = solver.solve(&q, crate::Limits::default()).unwrap();
-    let alone = crate::Solver::new(Pivoting::new(Hlcp::lcp(&a).unwrap()).unwrap())
+    let (a, one): (Operator, Operator) = (&a, &Identity { order: n });
+    let outcome = crate::Solver::new(auto(a, one)).solve(&q, crate::Limits::default()).unwrap();
+    let alone = crate::Solver::new(Pivoting::new(Hlcp::from_pair(a, one).unwrap()).unwrap())
         .solve(&q, crate::Limits::default())
         .unwrap();
     assert!(outcome.converged() && outcome.sweeps <= alone.sweeps, "{outcome} {alone}");
@@ -197,7 +205,8 @@ fn a_full_matrix_takes_no_more_than_its_elimination() {
 #[cfg(feature = "direct")]
 fn an_elimination_that_is_not_begun_leaves_the_time_to_others() {
     let (n, a) = (501, almost_skew());
-    let problem = Hlcp::new(&a, Identity { order: n }, Omega::Uniform(0.1)).unwrap();
+    let (a, one): (Operator, Operator) = (&a, &Identity { order: n });
+    let problem = Hlcp::new(a, one, Omega::Uniform(0.1)).unwrap();
     let mut auto = Auto::new(problem).unwrap();
     let q: Vec<f64> = (0..n).map(|i| (2.0 * i as f64 + 1.0).cos() - 0.3).collect();
     let q = Rhs::new(&q).unwrap();

@@ -2,12 +2,22 @@
 
 use std::time::Duration;
 
-use hlcp_core::{Csr, Identity, Omega, RowMajor, Tridiagonal};
+use hlcp_core::{Csr, Identity, Omega, RowMajor, Rows, Tridiagonal};
 use nalgebra::{DMatrix, DVector, dmatrix};
 use proptest::{collection::vec, prelude::*, strategy::ValueTree, test_runner::TestRunner};
 
 use super::*;
 use crate::Solver;
+
+/// For operators behind `dyn`, for which the method is compiled once.
+type Operator<'a> = &'a dyn Rows<f64>;
+
+fn pivoting<'a>(
+    a: Operator<'a>,
+    b: Operator<'a>,
+) -> Solver<f64, Pivoting<f64, Operator<'a>, Operator<'a>>> {
+    Solver::new(Pivoting::new(Hlcp::from_pair(a, b).unwrap()).unwrap())
+}
 
 /// Newton's method visits the active sets {1}, {2}, {3}, {1}, … of this P-matrix for ever. The
 /// other unknowns are settled, and so large that the start's residual is a small part of q.
@@ -21,8 +31,8 @@ fn a_circle_of_active_sets_is_left() {
         };
         let circle: Vec<f64> = (0..n * n).map(|k| entry(k / n, k % n)).collect();
         let circle = RowMajor::new(n, circle).unwrap();
-        let problem = Hlcp::new(&circle, Identity { order: n }, Omega::Uniform(1.0)).unwrap();
-        let mut solver = Solver::new(Pivoting::new(problem).unwrap());
+        let one = Identity { order: n };
+        let mut solver = pivoting(&circle, &one);
         let (mut q, mut start) = (vec![-100.0; n], vec![50.0_f64; n]);
         q[..3].fill(-1.0);
         start[..3].copy_from_slice(&[0.5, -0.5, -0.5]);
@@ -51,7 +61,8 @@ proptest! {
             a[(j, i)] -= entry;
         }
         let q = load(&a, &DMatrix::identity(n, n), &planted);
-        let mut solver = Solver::new(Pivoting::new(Hlcp::lcp(&a).unwrap()).unwrap());
+        let one = Identity { order: n };
+        let mut solver = pivoting(&a, &one);
         let limits = crate::Limits { iterations: 200, ..crate::Limits::default() };
         let outcome = solver.solve(q.as_slice(), limits).unwrap();
         prop_assert!(!matches!(outcome.status, crate::Status::Diverged(_)), "{outcome}");
@@ -80,9 +91,8 @@ proptest! {
             RowMajor::new(n, (0..n * n).map(|k| of(k / n, k % n)).collect::<Vec<_>>()).unwrap()
         });
         let load = |sign: f64| (0..n).map(|i| sign * of_row[i] * q[i]).collect::<Vec<_>>();
-        let iterations = |a: &RowMajor<f64>, b: &RowMajor<f64>, q: &[f64]| {
-            let problem = Hlcp::from_pair(a, b).unwrap();
-            let mut solver = Solver::new(Pivoting::new(problem).unwrap());
+        let iterations = |a: Operator, b: Operator, q: &[f64]| {
+            let mut solver = pivoting(a, b);
             let outcome = solver.solve(q, crate::Limits::default()).unwrap();
             (outcome.converged(), outcome.iterations)
         };
@@ -137,7 +147,7 @@ fn nearly_all_are_solved<S: Strategy>(
         let sparse =
             |a: &DMatrix<f64>| csr(a.row_iter().map(|row| row.into_iter().copied().enumerate()));
         let [a, b] = [&a, &b].map(sparse);
-        let mut solver = Solver::new(Pivoting::new(Hlcp::from_pair(&a, &b).unwrap()).unwrap());
+        let mut solver = pivoting(&a, &b);
         let outcome = solver.solve(q.as_slice(), crate::Limits::default()).unwrap();
         outcome.converged() && outcome.iterations <= 200
     };
@@ -261,7 +271,8 @@ proptest! {
             (along * x + phase).sin() * (across * y).cos()
         };
         let q: Vec<f64> = (0..n).map(|i| i.checked_sub(first).map_or(0.0, load)).collect();
-        let problem = Hlcp::new(&a, &b, Omega::Each(omega.clone())).unwrap();
+        let [a, b]: [Operator; 2] = [&a, &b];
+        let problem = Hlcp::new(a, b, Omega::Each(omega.clone())).unwrap();
         for (j, factor) in free(&problem).into_iter().enumerate() {
             let expected = 10_f64.powi(of_z[j] - of_r[j]) / omega[j];
             let off = if j < first { factor } else { (factor / expected - 1.0).abs() };
@@ -285,7 +296,8 @@ fn programs_without_a_solution_come_to_an_end() {
         (infeasible, vec![0.0, 0.0, -1.0, -0.5]),
         (dmatrix![0.0, -1.0; 1.0, 0.0], vec![-1.0, 1.0]),
     ] {
-        let mut solver = Solver::new(Pivoting::new(Hlcp::lcp(&a).unwrap()).unwrap());
+        let one = Identity { order: q.len() };
+        let mut solver = pivoting(&a, &one);
         let outcome = solver.solve(&q, crate::Limits::default()).unwrap();
         assert!(outcome.status == crate::Status::Stagnated && outcome.iterations < 50, "{outcome}");
     }
@@ -297,8 +309,7 @@ fn programs_without_a_solution_come_to_an_end() {
 fn singular_columns_of_the_start_are_left_for_the_others() {
     let a = RowMajor::new(2, vec![2.0, -1.0, -1.0, 2.0]).unwrap();
     let b = RowMajor::new(2, vec![1.0, -1.0, -1.0, 1.0]).unwrap();
-    let problem = Hlcp::new(&a, &b, Omega::Uniform(1.0)).unwrap();
-    let mut solver = Solver::new(Pivoting::new(problem).unwrap());
+    let mut solver = pivoting(&a, &b);
     let start = crate::Options::from_solution(&[0.0, 0.0], &[2.0_f64, 1.0]);
     let outcome = solver.solve(&[1.0, -1.05], start).unwrap();
     assert!(outcome.converged() && outcome.iterations <= 4, "{outcome}");
@@ -316,8 +327,8 @@ fn a_symmetric_matrix_that_is_not_definite_is_solved() {
     let beside =
         |i: usize| i.checked_sub(1).map_or(0.0, z) + if i + 1 < n { z(i + 1) } else { 0.0 };
     let q: Vec<f64> = (0..n).map(|i| -diagonal(i) * z(i) - 3.0 * beside(i)).collect();
-    let problem = Hlcp::new(&a, Identity { order: n }, Omega::Uniform(1.0)).unwrap();
-    let mut solver = Solver::new(Pivoting::new(problem).unwrap());
+    let one = Identity { order: n };
+    let mut solver = pivoting(&a, &one);
     let outcome = solver.solve(&q, crate::Limits::default()).unwrap();
     assert!(outcome.converged() && outcome.iterations <= 3, "{outcome}");
     assert!((0..n).all(|i| (solver.z()[i] - z(i)).abs() < 1e-9));
@@ -337,8 +348,8 @@ fn an_elimination_that_would_outlast_the_limit_is_not_begun() {
         offsets.push(columns.len());
     }
     let a = Csr::<f64>::new(offsets, columns, values).unwrap();
-    let problem = Hlcp::new(&a, Identity { order: n }, Omega::Uniform(1.0));
-    let mut solver = Solver::new(Pivoting::new(problem.unwrap()).unwrap());
+    let one = Identity { order: n };
+    let mut solver = pivoting(&a, &one);
     let limits = crate::Limits { time: Some(Duration::from_secs(1)), ..crate::Limits::default() };
     let outcome = solver.solve(&[-1.0; 8000], limits).unwrap();
     assert_eq!((outcome.status, outcome.sweeps), (crate::Status::TimeLimit, 0));
@@ -356,8 +367,7 @@ fn a_strip_takes_a_few_eliminations() {
     let a = Tridiagonal::new(60, |_| [-1.0, 2.5, -1.0]).unwrap();
     let b = Tridiagonal::new(60, |_| [-1.0, 1.5, 0.0]).unwrap();
     let q: Vec<f64> = (0..60).map(|i| (0.2 * i as f64).sin()).collect();
-    let problem = Hlcp::new(&a, &b, Omega::Uniform(2.0)).unwrap();
-    let mut solver = Solver::new(Pivoting::new(problem).unwrap());
+    let mut solver = pivoting(&a, &b);
     for start in [1.0, -1.0] {
         let from = [start; 60];
         let outcome = solver.solve(&q, crate::Options::from_x(&from)).unwrap();
