@@ -1,9 +1,6 @@
 //! Walls that carry a load, found from anywhere.
 
-use std::{
-    f64::consts::{PI, TAU},
-    sync::atomic::{AtomicUsize, Ordering::Relaxed},
-};
+use std::f64::consts::{PI, TAU};
 
 use hlcp::film::{Bearing, Film, Journal, Load, Lobes, Settings, Side, Solved, Supply};
 use proptest::prelude::*;
@@ -119,17 +116,15 @@ fn lobed() -> impl Strategy<Value = Bush> {
     (numbers.prop_map(lobes), 0.0..0.95, Just(1e5))
 }
 
-/// Loads of bearings with lobes that were not found.
-static MISSED: AtomicUsize = AtomicUsize::new(0);
-
 proptest! {
     #![proptest_config(config(64))]
 
     /// A journal carries from anywhere what it carries somewhere, whether grooves stay where they
     /// are or turn with the widest gap.
     ///
-    /// The walls of lobes meet sooner than those of a round bush. Of 23,933 of their loads four
-    /// were not found, so one of the 64 may be missed; two are in one run of 70,000.
+    /// The walls of lobes meet sooner than those of a round bush. About one of their loads in ten
+    /// thousand is not found from where the search begins first, but so may it be from near the
+    /// middle.
     #[test]
     fn journals_carry_what_they_carry_somewhere(
         (lobes, size, pressure) in prop_oneof![round(), lobed()],
@@ -161,13 +156,13 @@ proptest! {
         prop_assume!((near[0].hypot(near[1]) / force - 1.0).abs() > 1e-5);
         let direction = (!turns_with_gap).then(|| y.atan2(x));
         let load = Load { direction, ..Load::of(force) };
-        bearing.position = vec![0.5 * least, 0.0];
-        let carried = bearing.carry(&load, None, &settings).unwrap();
+        let mut carried_from = |size: f64| {
+            bearing.position = vec![size * least, 0.0];
+            bearing.carry(&load, None, &settings).unwrap()
+        };
+        let mut carried = carried_from(0.5);
         if !carried.found && lobes.is_some() {
-            let allowed = 1 + config(64).cases as usize / 2000;
-            let missed = 1 + MISSED.fetch_add(1, Relaxed);
-            prop_assert!(missed <= allowed, "{missed}th: {}", carried.failure(force));
-            return Ok(());
+            carried = carried_from(0.02);
         }
         prop_assert!(carried.found, "{}", carried.failure(force));
         prop_assert!(is_carried(&load, &bearing, &carried.solved));
