@@ -2,15 +2,17 @@
 
 use std::{f64::consts::TAU, time::Instant};
 
-use hlcp_core::{FivePoint, Identity, Omega, RowMajor, Rows, Tridiagonal, Varying};
+use hlcp_core::{FivePoint, Identity, Omega, RowMajor, Tridiagonal, Varying};
 use hlcp_verify::Film;
 
 use super::*;
+use crate::DynRows;
 
-/// For operators behind `dyn`, for which the methods are compiled once.
-type Operator<'a> = &'a dyn Rows<f64>;
-
-fn auto<'a>(a: Operator<'a>, b: Operator<'a>) -> Auto<f64, Operator<'a>, Operator<'a>> {
+/// Returns the method on operators behind `dyn`, for which all are compiled once.
+fn auto<'a>(
+    a: DynRows<'a, f64>,
+    b: DynRows<'a, f64>,
+) -> Auto<f64, DynRows<'a, f64>, DynRows<'a, f64>> {
     Auto::new(Hlcp::from_pair(a, b).unwrap()).unwrap()
 }
 
@@ -192,7 +194,7 @@ fn a_full_matrix_takes_no_more_than_its_elimination() {
     let a: Vec<f64> = (0..n * n).map(|k| entry(k / n, k % n)).collect();
     let a = RowMajor::new(n, a).unwrap();
     let q: Vec<f64> = (0..n).map(|i| (i as f64 / n as f64 - 0.5).powi(2) - 0.02).collect();
-    let (a, one): (Operator, Operator) = (&a, &Identity { order: n });
+    let (a, one): (DynRows<f64>, DynRows<f64>) = (&a, &Identity { order: n });
     let outcome = crate::Solver::new(auto(a, one)).solve(&q, crate::Limits::default()).unwrap();
     let alone = crate::Solver::new(Pivoting::new(Hlcp::from_pair(a, one).unwrap()).unwrap())
         .solve(&q, crate::Limits::default())
@@ -205,7 +207,7 @@ fn a_full_matrix_takes_no_more_than_its_elimination() {
 #[cfg(feature = "direct")]
 fn an_elimination_that_is_not_begun_leaves_the_time_to_others() {
     let (n, a) = (501, almost_skew());
-    let (a, one): (Operator, Operator) = (&a, &Identity { order: n });
+    let (a, one): (DynRows<f64>, DynRows<f64>) = (&a, &Identity { order: n });
     let problem = Hlcp::new(a, one, Omega::Uniform(0.1)).unwrap();
     let mut auto = Auto::new(problem).unwrap();
     let q: Vec<f64> = (0..n).map(|i| (2.0 * i as f64 + 1.0).cos() - 0.3).collect();

@@ -2,21 +2,18 @@
 
 use std::time::Duration;
 
-use hlcp_core::{Csr, Identity, Omega, RowMajor, Rows, Tridiagonal};
+use hlcp_core::{Csr, Identity, Omega, RowMajor, Tridiagonal};
 use nalgebra::{DMatrix, DVector, dmatrix};
 use proptest::{collection::vec, prelude::*, strategy::ValueTree, test_runner::TestRunner};
 
 use super::*;
-use crate::Solver;
+use crate::{DynRows, Solver};
 
-/// For operators behind `dyn`, for which the method is compiled once.
-type Operator<'a> = &'a dyn Rows<f64>;
-
+/// Returns the method on operators behind `dyn`, for which it is compiled once.
 fn pivoting<'a>(
-    a: Operator<'a>,
-    b: Operator<'a>,
-) -> Solver<f64, Pivoting<f64, Operator<'a>, Operator<'a>>> {
-    Solver::new(Pivoting::new(Hlcp::from_pair(a, b).unwrap()).unwrap())
+    posed: Result<Hlcp<f64, DynRows<'a, f64>, DynRows<'a, f64>>, Error>,
+) -> Solver<f64, Pivoting<f64, DynRows<'a, f64>, DynRows<'a, f64>>> {
+    Solver::new(Pivoting::new(posed.unwrap()).unwrap())
 }
 
 /// Newton's method visits the active sets {1}, {2}, {3}, {1}, … of this P-matrix for ever. The
@@ -32,7 +29,7 @@ fn a_circle_of_active_sets_is_left() {
         let circle: Vec<f64> = (0..n * n).map(|k| entry(k / n, k % n)).collect();
         let circle = RowMajor::new(n, circle).unwrap();
         let one = Identity { order: n };
-        let mut solver = pivoting(&circle, &one);
+        let mut solver = pivoting(Hlcp::new(&circle, &one, Omega::Uniform(1.0)));
         let (mut q, mut start) = (vec![-100.0; n], vec![50.0_f64; n]);
         q[..3].fill(-1.0);
         start[..3].copy_from_slice(&[0.5, -0.5, -0.5]);
@@ -62,7 +59,7 @@ proptest! {
         }
         let q = load(&a, &DMatrix::identity(n, n), &planted);
         let one = Identity { order: n };
-        let mut solver = pivoting(&a, &one);
+        let mut solver = pivoting(Hlcp::from_pair(&a, &one));
         let limits = crate::Limits { iterations: 200, ..crate::Limits::default() };
         let outcome = solver.solve(q.as_slice(), limits).unwrap();
         prop_assert!(!matches!(outcome.status, crate::Status::Diverged(_)), "{outcome}");
@@ -91,8 +88,8 @@ proptest! {
             RowMajor::new(n, (0..n * n).map(|k| of(k / n, k % n)).collect::<Vec<_>>()).unwrap()
         });
         let load = |sign: f64| (0..n).map(|i| sign * of_row[i] * q[i]).collect::<Vec<_>>();
-        let iterations = |a: Operator, b: Operator, q: &[f64]| {
-            let mut solver = pivoting(a, b);
+        let iterations = |a: DynRows<f64>, b: DynRows<f64>, q: &[f64]| {
+            let mut solver = pivoting(Hlcp::from_pair(a, b));
             let outcome = solver.solve(q, crate::Limits::default()).unwrap();
             (outcome.converged(), outcome.iterations)
         };
@@ -147,7 +144,7 @@ fn nearly_all_are_solved<S: Strategy>(
         let sparse =
             |a: &DMatrix<f64>| csr(a.row_iter().map(|row| row.into_iter().copied().enumerate()));
         let [a, b] = [&a, &b].map(sparse);
-        let mut solver = pivoting(&a, &b);
+        let mut solver = pivoting(Hlcp::from_pair(&a, &b));
         let outcome = solver.solve(q.as_slice(), crate::Limits::default()).unwrap();
         outcome.converged() && outcome.iterations <= 200
     };
@@ -271,7 +268,7 @@ proptest! {
             (along * x + phase).sin() * (across * y).cos()
         };
         let q: Vec<f64> = (0..n).map(|i| i.checked_sub(first).map_or(0.0, load)).collect();
-        let [a, b]: [Operator; 2] = [&a, &b];
+        let [a, b]: [DynRows<f64>; 2] = [&a, &b];
         let problem = Hlcp::new(a, b, Omega::Each(omega.clone())).unwrap();
         for (j, factor) in free(&problem).into_iter().enumerate() {
             let expected = 10_f64.powi(of_z[j] - of_r[j]) / omega[j];
@@ -297,7 +294,7 @@ fn programs_without_a_solution_come_to_an_end() {
         (dmatrix![0.0, -1.0; 1.0, 0.0], vec![-1.0, 1.0]),
     ] {
         let one = Identity { order: q.len() };
-        let mut solver = pivoting(&a, &one);
+        let mut solver = pivoting(Hlcp::from_pair(&a, &one));
         let outcome = solver.solve(&q, crate::Limits::default()).unwrap();
         assert!(outcome.status == crate::Status::Stagnated && outcome.iterations < 50, "{outcome}");
     }
@@ -309,7 +306,7 @@ fn programs_without_a_solution_come_to_an_end() {
 fn singular_columns_of_the_start_are_left_for_the_others() {
     let a = RowMajor::new(2, vec![2.0, -1.0, -1.0, 2.0]).unwrap();
     let b = RowMajor::new(2, vec![1.0, -1.0, -1.0, 1.0]).unwrap();
-    let mut solver = pivoting(&a, &b);
+    let mut solver = pivoting(Hlcp::new(&a, &b, Omega::Uniform(1.0)));
     let start = crate::Options::from_solution(&[0.0, 0.0], &[2.0_f64, 1.0]);
     let outcome = solver.solve(&[1.0, -1.05], start).unwrap();
     assert!(outcome.converged() && outcome.iterations <= 4, "{outcome}");
@@ -328,7 +325,7 @@ fn a_symmetric_matrix_that_is_not_definite_is_solved() {
         |i: usize| i.checked_sub(1).map_or(0.0, z) + if i + 1 < n { z(i + 1) } else { 0.0 };
     let q: Vec<f64> = (0..n).map(|i| -diagonal(i) * z(i) - 3.0 * beside(i)).collect();
     let one = Identity { order: n };
-    let mut solver = pivoting(&a, &one);
+    let mut solver = pivoting(Hlcp::new(&a, &one, Omega::Uniform(1.0)));
     let outcome = solver.solve(&q, crate::Limits::default()).unwrap();
     assert!(outcome.converged() && outcome.iterations <= 3, "{outcome}");
     assert!((0..n).all(|i| (solver.z()[i] - z(i)).abs() < 1e-9));
@@ -349,7 +346,7 @@ fn an_elimination_that_would_outlast_the_limit_is_not_begun() {
     }
     let a = Csr::<f64>::new(offsets, columns, values).unwrap();
     let one = Identity { order: n };
-    let mut solver = pivoting(&a, &one);
+    let mut solver = pivoting(Hlcp::new(&a, &one, Omega::Uniform(1.0)));
     let limits = crate::Limits { time: Some(Duration::from_secs(1)), ..crate::Limits::default() };
     let outcome = solver.solve(&[-1.0; 8000], limits).unwrap();
     assert_eq!((outcome.status, outcome.sweeps), (crate::Status::TimeLimit, 0));
@@ -367,7 +364,7 @@ fn a_strip_takes_a_few_eliminations() {
     let a = Tridiagonal::new(60, |_| [-1.0, 2.5, -1.0]).unwrap();
     let b = Tridiagonal::new(60, |_| [-1.0, 1.5, 0.0]).unwrap();
     let q: Vec<f64> = (0..60).map(|i| (0.2 * i as f64).sin()).collect();
-    let mut solver = pivoting(&a, &b);
+    let mut solver = pivoting(Hlcp::new(&a, &b, Omega::Uniform(2.0)));
     for start in [1.0, -1.0] {
         let from = [start; 60];
         let outcome = solver.solve(&q, crate::Options::from_x(&from)).unwrap();
