@@ -210,7 +210,21 @@ impl Figures {
                     if along.is_positive() { Exact::one() - &r[k] } else { exact(enters) };
                 let fall = &unit * &z[k] - (exact(pressure) - &cavitation);
                 let width = &spacing[1 - axis];
-                let carried = along * gap(k) * width * content;
+                let inwards =
+                    |steps: usize| if on { k - steps * stride } else { k + steps * stride };
+                let end = match film.sides[direction] {
+                    Side::Starved(_) if to < 4 && count > 2 => {
+                        let [here, next, third] = [0, 1, 2].map(|steps| gap(inwards(steps)));
+                        let [rise, before] = [&here - &next, &next - third];
+                        let is_smooth = (&rise * &before).is_positive()
+                            && rise.abs() <= &two * before.abs()
+                            && before.abs() <= &two * rise.abs();
+                        let edge = (&here + &here + &here - next) / &two;
+                        if is_smooth && edge.is_positive() { edge } else { here }
+                    }
+                    _ => gap(k),
+                };
+                let carried = along * end * width * content;
                 let flow = carried + &two * mobility(k) * width / &spacing[axis] * fall;
                 flows[to] += if to < 4 { flow } else { -flow };
             }

@@ -40,6 +40,31 @@ fn a_step_has_no_derivatives_of_a_bearing() {
     assert!(refused.iter().all(|error| matches!(error, Some(FilmError::Unsteady))), "{refused:?}");
 }
 
+/// A slider from h₁ down to h₂ that is starved to θ: its film forms again where q = Uθh₁/2 fills
+/// the gap, at 1/hᵣ = 2/(θh₁) − 1/h₂, and p′ = 12μ(Uh/2 − q)/h³ from there on.
+#[test]
+fn a_starved_slider_carries_what_its_closed_form_says() {
+    let ([h1, h2], [u, mu, length]) = ([44e-6, 20e-6], [5.0, 0.03, 0.06]);
+    for content in [0.5, 0.55, 0.6] {
+        let errors = [180, 720].map(|nx| {
+            let film = Film::new([nx, 1], [length, 1.0], u, mu);
+            let mut film = film.with_gap(|x, _| h1 + (h2 - h1) * x / length);
+            film.sides = [Side::Starved(content), Side::Pressure(0.0), Side::Closed, Side::Closed];
+            let solved = Solved::new(film, None, &Settings::default()).unwrap();
+            let figures = solved.film.figures(&solved.z, &solved.r, 0.0);
+            let (q, slope) = (u * content * h1 / 2.0, (h2 - h1) / length);
+            let begins = (u / q - 1.0 / h2).recip();
+            let rest = q / (2.0 * begins * begins) - u / (2.0 * begins);
+            let inside = |h: f64| -u / 2.0 * h.ln() - q / (2.0 * h) - rest * h;
+            let load = 12.0 * mu / (slope * slope) * (inside(h2) - inside(begins));
+            assert!((figures.sides[0] / -q - 1.0).abs() <= 1e-9, "{:?} {q}", figures.sides);
+            (figures.load / load - 1.0).abs()
+        });
+        // Of second order, but that the front keeps to faces.
+        assert!(errors[0] <= 4e-3 && errors[1] <= errors[0] / 8.0, "{content}: {errors:?}");
+    }
+}
+
 /// Rings between a flooded and a starved side, on which algebraic multigrid alone goes on for
 /// hundreds of steps and more, each with a linear system that it does not solve.
 #[test]

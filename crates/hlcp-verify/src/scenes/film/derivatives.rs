@@ -319,11 +319,14 @@ impl Film {
                     mean,
                 ]
             }
-            Gate::Out { cell, outward, .. } => [
-                2.0 * self.mobility_change(cell, change),
-                outward * change.gap(cell),
-                outward * self.gap[cell],
-            ],
+            Gate::Out { cell, outward, place, .. } => {
+                let at_end = self.at_end(axis, cell, outward, place);
+                let of = |gap: &dyn Fn(usize) -> f64| {
+                    outward * at_end.iter().map(|&(cell, part)| part * gap(cell)).sum::<f64>()
+                };
+                let mobility = 2.0 * self.mobility_change(cell, change);
+                [mobility, of(&|cell| change.gap(cell)), of(&|cell| self.gap[cell])]
+            }
         };
         let passage = self.of_passage(axis, mobility, gap);
         let carried = passage.carried + mean * self.spacing(1 - axis) * change.drift(axis);

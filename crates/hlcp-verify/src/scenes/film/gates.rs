@@ -52,6 +52,9 @@ pub(super) struct Passage {
     pub(super) carried: f64,
 }
 
+/// How far, in cells, rounding may put the middle of one from the edge that it is on.
+const ON_EDGE: f64 = 1e-6;
+
 /// What is found once for all gates.
 pub(super) struct Frame {
     /// The supply at each cell and at the west face of each cell, counted from 1; empty without
@@ -91,16 +94,18 @@ impl Film {
         frame
     }
 
-    /// The columns and rows of a supply.
+    /// The columns and rows of a supply, those of which it holds the middle. One on the edge is in
+    /// at the lower end and out at the upper one, so that the size is right wherever it begins.
     pub(super) fn covered(&self, supply: &Supply) -> (Vec<usize>, Vec<usize>) {
         let inside = |axis: usize| -> Vec<usize> {
             let (count, length) = ([self.nx, self.ny][axis], self.lengths[axis]);
             let is_inside = |at: &usize| {
-                let middle = (*at as f64 + 0.5) * self.spacing(axis);
+                let spacing = self.spacing(axis);
+                let middle = (*at as f64 + 0.5 + ON_EDGE) * spacing;
                 let turns: &[f64] = if self.is_periodic(axis) { &[-1.0, 0.0, 1.0] } else { &[0.0] };
                 turns.iter().any(|turn| {
                     let along = middle + turn * length - supply.corner[axis];
-                    (0.0..=supply.size[axis]).contains(&along)
+                    (0.0..supply.size[axis]).contains(&along)
                 })
             };
             (0..count).filter(is_inside).collect()
@@ -177,11 +182,40 @@ impl Film {
                 let [[k1, k2], [h1, h2]] = self.beside(pair);
                 [2.0 * k1 * k2 / (k1 + k2), (h1 * k2 + h2 * k1) / (k1 + k2)]
             }
-            Gate::Out { cell, outward, .. } => {
-                [2.0 * self.mobility(cell), outward * self.gap[cell]]
+            Gate::Out { cell, outward, place, .. } => {
+                let at_end = self.at_end(axis, cell, outward, place);
+                let gap = at_end.map(|(cell, part)| part * self.gap[cell]);
+                [2.0 * self.mobility(cell), outward * (gap[0] + gap[1])]
             }
         };
         self.of_passage(axis, mobility, gap)
+    }
+
+    /// The cells that the gap at a reservoir is made of, and their parts in it.
+    ///
+    /// What enters at a starved side flows on as it is, so the gap at the very edge counts: those of
+    /// the first two cells are continued to it, unless the third tells of a step.
+    pub(super) fn at_end(
+        &self,
+        axis: usize,
+        cell: usize,
+        outward: f64,
+        place: Place,
+    ) -> [(usize, f64); 2] {
+        let alone = [(cell, 1.0), (cell, 0.0)];
+        let is_starved = |side: usize| matches!(self.sides[side], Side::Starved(_));
+        let (count, stride) = ([self.nx, self.ny][axis], [1, self.nx][axis]);
+        if count < 3 || !matches!(place, Place::Side(side) if is_starved(side)) {
+            return alone;
+        }
+        let inwards = |k: usize| if outward > 0.0 { cell - k * stride } else { cell + k * stride };
+        let [here, next, third] = [0, 1, 2].map(|k| self.gap[inwards(k)]);
+        let bend = (here - next) / (next - third);
+        if (0.5..=2.0).contains(&bend) && 3.0 * here > next {
+            [(cell, 1.5), (inwards(1), -0.5)]
+        } else {
+            alone
+        }
     }
 
     /// The mobilities and the gaps of two cells.

@@ -36,7 +36,8 @@ pub use proved::ProvedFigures;
 /// That is exact in a full film, in one dimension, if the gap is constant in either cell and jumps
 /// on the face: the conductance is the harmonic mean of the two half cells, and the gap that
 /// carries is mostly that of the narrower cell. Where the gap is smooth it is of second order. To a
-/// side, a groove or the edge of a supply it is half a cell with the gap of its one cell.
+/// side, a groove or the edge of a supply it is half a cell with the gap of its one cell; but a
+/// starved side lets oil in by the gap at its edge, as far as the first cells tell that.
 ///
 /// A cell from which no wall carries oil away cannot break while oil flows into it; its entry of
 /// `B`, which would be zero, is one. Where the `x` direction is periodic, a steady film loses the
@@ -127,7 +128,8 @@ pub enum Side {
     Closed,
     /// The opposite side, which must be periodic as well.
     Periodic,
-    /// Oil enters with this film content, between 0 and 1, at the cavitation pressure.
+    /// Oil enters with this film content, between 0 and 1, at the cavitation pressure: it fills that
+    /// part of the gap at the edge.
     Starved(f64),
 }
 
