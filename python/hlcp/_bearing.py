@@ -35,7 +35,8 @@ Interval = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class FilmBounds:
-    """What is proved of a film: intervals that hold the figures of the exact solution, in SI units.
+    """What is proved of a film: intervals that hold the figures of the exact solution of the
+    equations on its cells, in SI units.
 
     Attributes
     ----------
@@ -1494,6 +1495,9 @@ def _groove(name: str, groove: Any, ambient: Any, whole: float
                          " pressure, width, length) or the first of these")
     angle, pressure, width, length = [
         _number(name, number) for number in (*given, *(ambient, 0.0, whole)[len(given) - 1:])]
+    if abs(angle) > 360.0:
+        raise ValueError(f"{name} has an angle of {angle} degrees, but it must be between -360 and"
+                         " 360; one groove with a pressure is [(angle, pressure)]")
     if not 0.0 <= width < 360.0 or not 0.0 < length <= whole * (1.0 + 1e-9):
         raise ValueError(f"{name} has a width of {width} degrees and a length of {length} m, but"
                          " the width must be 0 or more and below 360 degrees, and the length"

@@ -21,7 +21,7 @@ const NAMED: Words = Words {
     viscosity: "viscosity",
     speed: "speed",
     groove: "grooves=[(0, 2e5)]",
-    ambient: "ambient=101325",
+    ambient: "ambient=101325 where oil surrounds it",
     side: "south=101325",
     supplies: "supplies",
 };

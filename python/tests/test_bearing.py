@@ -530,6 +530,7 @@ def test_pictures_are_drawn(monkeypatch):
     ("the preload of the lobes is 1.5, but it must be from 0 to below 1",
      lambda: journal(lobes=(2, 1.5))),
     (r"lobes is \(2,\), but it must be", lambda: journal(lobes=(2,))),
+    (r"grooves\[1\] has an angle of 100000.0 degrees", lambda: journal(grooves=(90, 1e5))),
     (r"grooves\[0\] has a width of -5.0 degrees .* the width must be 0 or more and below 360",
      lambda: journal(grooves=[(0, 1e5, -5)])),
     (r"dams\[0\] is from 90.0 to 20.0 degrees", lambda: journal(dams=[((90, 20), 0.03, 1e-5)])),

@@ -262,7 +262,11 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
     };
     film.sides = sides(arguments, ambient)?;
     if ambient < film.cavitation {
-        return Err("--ambient is below --cavitation".into());
+        let below = film.cavitation;
+        return Err(format!(
+            "--ambient is {ambient} Pa, below --cavitation, {below} Pa: oil at that pressure breaks"
+        )
+        .into());
     }
     for supply in &arguments.supply {
         let [x, y, lx, ly, pressure] = supply.exactly("supply", "x,y,lx,ly,pressure")?;
@@ -274,6 +278,13 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
         let usual = [arguments.ambient, 0.0, arguments.length.unwrap_or_default()];
         let [degrees, pressure, width, length] =
             groove.filled("groove", "DEGREES[,PRESSURE[,WIDTH[,LENGTH]]]", &usual)?;
+        if degrees.abs() > 360.0 {
+            return Err(format!(
+                "--groove: an angle of {degrees} degrees, but it must be between -360 and 360; it \
+                 comes before the pressure"
+            )
+            .into());
+        }
         let (length, whole) = (length * x_unit, journal.length);
         if !(0.0..360.0).contains(&width) || length <= 0.0 || length > whole * (1.0 + 1e-9) {
             return Err(format!(

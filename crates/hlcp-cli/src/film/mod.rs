@@ -32,7 +32,8 @@ Examples:
 A profile along x needs a speed and a viscosity. A film in two dimensions is a map of the gap, a pad
 or a journal bearing, over cells: x along the motion, y across it, both from 0 at the south-western
 corner. Where it is broken (cavitated) its content (liquid fraction) is below 1, and what flows out at
-the ends of a journal is its side leakage. The exit status is 0 if every solve converged, 2 if one did not, and 1 for bad input.";
+the ends of a journal is its side leakage. Walls are rigid, shear is laminar, and the oil is
+incompressible and keeps the viscosity that is given, however warm it gets. The exit status is 0 if every solve converged, 2 if one did not, and 1 for bad input.";
 const FILM: &str = "Film in two dimensions";
 const SHAPE: &str = "Texture and supply, in two dimensions";
 const UNITS: &str = "Units";
@@ -216,13 +217,13 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = OUTPUT, group = "in_plane")]
     #[arg(value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Prove bounds on the load, the peak and the flows, and that there is no other solution where
-    /// that can be proved
+    /// Prove bounds on the load, the peak and the flows of the equations on these cells, and that
+    /// there is no other solution where that can be proved
     #[arg(long, help_heading = OUTPUT, group = "in_plane")]
     certify: bool,
-    /// Prove the range of load, friction, flows and peak over all films whose gap, viscosity,
-    /// speeds and supplies' pressures are these, each as a whole times a factor that is so far from
-    /// 1 at most, e.g. 1e-3
+    /// Prove the range of load, friction, flows and peak, on these cells, over all films whose gap,
+    /// viscosity, speeds and supplies' pressures are these, each as a whole times a factor that is
+    /// so far from 1 at most, e.g. 1e-3
     #[arg(long, help_heading = OUTPUT, value_name = "PART", group = "in_plane")]
     #[arg(conflicts_with = "motion", value_parser = real(|v| (0.0..=0.5).contains(&v), OF_PART))]
     data_tolerance: Option<f64>,
@@ -331,7 +332,7 @@ const NAMED: Words = Words {
     viscosity: "--viscosity",
     speed: "--speed",
     groove: "--groove 0,2e5",
-    ambient: "--ambient 101325",
+    ambient: "--ambient 101325 where oil surrounds it",
     side: "--side south=101325",
     supplies: "--supply (pressures in units of --p-unit)",
 };

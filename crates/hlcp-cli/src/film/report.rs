@@ -288,7 +288,13 @@ impl Report<'_> {
             add_sensitivities(&mut text, found, arguments.load.is_some());
         }
         match &self.certificate {
-            Some(Ok(certificate)) => text.say(certificate),
+            Some(Ok(certificate)) => {
+                text.say(certificate);
+                text.say(format!(
+                    "proved of the equations on these {nx} × {ny} cells; finer cells tell what is \
+                     left to the film itself"
+                ));
+            }
             Some(Err(refusal)) => text.say(format!("certified error: none, because {refusal}")),
             None => (),
         }
@@ -330,8 +336,8 @@ impl Report<'_> {
 
     fn add_range(&self, text: &mut Lines, range: &ProvedFigures, part: f64) {
         text.say(format!(
-            "proved for all films whose gap, viscosity, speeds and supplies' pressures, each as a \
-             whole, are within {part} of these:"
+            "proved on these cells for all films whose gap, viscosity, speeds and supplies' \
+             pressures, each as a whole, are within {part} of these:"
         ));
         let to = |[lower, upper]: [f64; 2]| {
             format!("{} to {}", decimal(lower, 6, false), decimal(upper, 6, true))
