@@ -149,6 +149,15 @@ pub enum NameError {
         /// The name it resembles, where one is near.
         closest: Option<String>,
     },
+    /// It is a family of the paper's, which has many members.
+    #[error(
+        "{family}MS is a family of methods: take {family}J, {family}GS, {family}SOR or {family}AOR; \
+         MMS and TMMS can be made with a splitting of your own, too"
+    )]
+    Family {
+        /// The letters before MS.
+        family: String,
+    },
     /// The base is no method of the paper.
     #[error("the base is '{base}', but it must be a method of the paper, as TMGS")]
     Base {
@@ -406,6 +415,9 @@ impl Named {
 
     /// The error for `name`, with a suggestion if at most a third of its letters differ.
     fn unknown(name: String) -> NameError {
+        if let Some(family @ ("M" | "AM" | "TM")) = name.strip_suffix("MS") {
+            return NameError::Family { family: family.into() };
+        }
         let distances = Self::names().into_iter().map(|known| {
             let distance = strsim::damerau_levenshtein(&known, &name);
             (distance, known)

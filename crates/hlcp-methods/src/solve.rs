@@ -58,7 +58,8 @@ impl<T> fmt::Display for Solution<T> {
 ///
 /// # Errors
 ///
-/// [`Error::Order`] when `b` or `q` does not fit `a`; [`Error::NotPositive`] for the first diagonal
+/// What [`LinearOperator::check`](hlcp_core::LinearOperator::check) of `a` or `b` refuses, as a
+/// matrix that is not square; [`Error::Order`] when `b` or `q` does not fit `a`; [`Error::NotPositive`] for the first diagonal
 /// entry that is negative; [`Error::NotFinite`] for the first entry that is NaN or infinite. An
 /// iteration that does not converge is no error: read `outcome`.
 ///
@@ -90,6 +91,8 @@ where
 }
 
 /// Solves HLCP(A, B, q) as [`solve`] does, with a start, limits and an observer of your choice.
+///
+/// A limit on the time is one on the iterations: two walks over the rows precede them.
 ///
 /// # Errors
 ///
@@ -133,6 +136,8 @@ fn by_auto<T: Scalar>(
     options: Options<'_, T>,
 ) -> Result<Solution<T>, Error> {
     // Before anything walks the rows, of which there may be more than anybody meant.
+    a.check("A")?;
+    b.check("B")?;
     check_orders(a.order(), &[("q", q.len())])?;
     let mut solver = Solver::new(Auto::new(Hlcp::from_pair(a, b)?)?);
     let outcome = solver.solve(q, options)?;

@@ -210,8 +210,8 @@ fn farthest(given: f64, [lower, upper]: [f64; 2]) -> f64 {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn certify<T: Scalar>(
-    a: &impl Rows<T>,
-    b: &impl Rows<T>,
+    a: &(impl Rows<T> + ?Sized),
+    b: &(impl Rows<T> + ?Sized),
     q: &[T],
     z: &[T],
     r: &[T],
@@ -238,13 +238,14 @@ pub fn certify<T: Scalar>(
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 pub fn certify_within<T: Scalar>(
-    a: &impl Rows<T>,
-    b: &impl Rows<T>,
+    a: &(impl Rows<T> + ?Sized),
+    b: &(impl Rows<T> + ?Sized),
     q: &[T],
     z: &[T],
     r: &[T],
     clock: &mut Clock<'_>,
 ) -> Result<Result<Certificate, Refusal>, Error> {
+    let (a, b) = (&a, &b);
     check(a, b, q, [z, r])?;
     Ok(enclose(a, b, q, [z, r], clock))
 }

@@ -8,6 +8,11 @@
 //!
 //! A dominant matrix needs one walk and no storage. The search for another `d` stores the matrix;
 //! the check of what it finds is one walk again.
+//!
+//! # Panics
+//!
+//! [`is_z`], [`is_h`], [`is_h_plus`] and [`is_m`] panic for what the operator's own
+//! [`check`](hlcp_core::LinearOperator::check) refuses, as a matrix that is not square.
 
 use std::fmt;
 
@@ -124,7 +129,7 @@ impl fmt::Display for Failure {
 /// assert_eq!(is_z::<f64>(&a), Answer::No(Failure::Entry { row: 0, column: 1 }));
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
-pub fn is_z<T: Scalar>(a: &impl Rows<T>) -> Answer {
+pub fn is_z<T: Scalar>(a: &(impl Rows<T> + ?Sized)) -> Answer {
     // Of a stencil, all rows are seen in one.
     if let Some([s, w, c, e, n]) = a.as_five_point().and_then(|view| view.constants())
         && [s, w, e, n].iter().all(|&entry| entry <= T::zero() && entry.is_finite())
@@ -132,7 +137,7 @@ pub fn is_z<T: Scalar>(a: &impl Rows<T>) -> Answer {
     {
         return Answer::Yes(());
     }
-    all_entries(a, |row, column, a| row == column || a <= 0.0)
+    all_entries(&a, |row, column, a| row == column || a <= 0.0)
 }
 
 /// Returns whether ⟨A⟩ is a nonsingular M-matrix; yes with a `d > 0` such that `⟨A⟩d > 0`.
@@ -151,8 +156,8 @@ pub fn is_z<T: Scalar>(a: &impl Rows<T>) -> Answer {
 /// assert!(matches!(is_h::<f64>(&b), Answer::No(Failure::Radius(lower)) if lower >= 1.0));
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
-pub fn is_h<T: Scalar>(a: &impl Rows<T>) -> Answer<Vec<f64>> {
-    is_h_within(a, &mut Clock::endless())
+pub fn is_h<T: Scalar>(a: &(impl Rows<T> + ?Sized)) -> Answer<Vec<f64>> {
+    is_h_within(&a, &mut Clock::endless())
 }
 
 fn is_h_within<T: Scalar>(a: &impl Rows<T>, clock: &mut Clock<'_>) -> Answer<Vec<f64>> {
@@ -171,8 +176,8 @@ fn is_h_within<T: Scalar>(a: &impl Rows<T>, clock: &mut Clock<'_>) -> Answer<Vec
 /// assert_eq!(is_h_plus::<f64>(&a), Answer::No(Failure::Entry { row: 0, column: 0 }));
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
-pub fn is_h_plus<T: Scalar>(a: &impl Rows<T>) -> Answer<Vec<f64>> {
-    is_h_plus_within(a, &mut Clock::endless())
+pub fn is_h_plus<T: Scalar>(a: &(impl Rows<T> + ?Sized)) -> Answer<Vec<f64>> {
+    is_h_plus_within(&a, &mut Clock::endless())
 }
 
 /// As [`is_h_plus`], undecided when the clock is up.
@@ -194,7 +199,7 @@ pub(crate) fn is_h_plus_within<T: Scalar>(
 /// assert!(is_m::<f64>(&laplacian).is_yes());
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
-pub fn is_m<T: Scalar>(a: &impl Rows<T>) -> Answer<Vec<f64>> {
+pub fn is_m<T: Scalar>(a: &(impl Rows<T> + ?Sized)) -> Answer<Vec<f64>> {
     is_z(a).then(|| is_h_plus(a))
 }
 
@@ -223,7 +228,11 @@ pub fn is_m<T: Scalar>(a: &impl Rows<T>) -> Answer<Vec<f64>> {
 /// assert!(has_w_property(&a, &a)?.is_yes());
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
-pub fn has_w_property<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Result<Answer, Error> {
+pub fn has_w_property<T: Scalar>(
+    a: &(impl Rows<T> + ?Sized),
+    b: &(impl Rows<T> + ?Sized),
+) -> Result<Answer, Error> {
+    let (a, b) = (&a, &b);
     check_pair(a, b)?;
     let n = a.order();
     if n > 20 {
@@ -289,15 +298,21 @@ fn sound_diagonal<T: Scalar>(a: &impl Rows<T>, part: fn(f64) -> f64) -> Answer {
     unsound.map_or(Answer::Yes(()), |row| Answer::No(Failure::Entry { row, column: row }))
 }
 
-/// The first stored entry that is not finite or for which `holds(i, j, aᵢⱼ)` is false.
+/// The first stored entry that is not finite, in no column or for which `holds(i, j, aᵢⱼ)` is
+/// false.
 pub(crate) fn all_entries<T: Scalar>(
     a: &impl Rows<T>,
     holds: impl Fn(usize, usize, f64) -> bool,
 ) -> Answer {
-    for row in 0..a.order() {
+    if let Err(error) = a.check("the matrix") {
+        panic!("{error}");
+    }
+    let n = a.order();
+    for row in 0..n {
         let mut first = None;
         visit(a, row, |column, a| {
-            if first.is_none() && !(a.is_finite() && holds(row, column, a)) {
+            let is_sound = a.is_finite() && column < n;
+            if first.is_none() && !(is_sound && holds(row, column, a)) {
                 first = Some(Failure::Entry { row, column });
             }
         });

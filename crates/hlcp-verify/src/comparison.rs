@@ -35,11 +35,23 @@ pub(crate) fn merge<T: Scalar>(
     });
 }
 
-/// Refuses operators that are no pair.
+/// Refuses operators that are no pair, or have an entry in no column.
 pub(crate) fn check_pair<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Result<(), Error> {
     a.check("A")?;
     b.check("B")?;
-    check_orders(a.order(), &[("B", b.order())])
+    let order = a.order();
+    check_orders(order, &[("B", b.order())])?;
+    let mut beyond = Ok(());
+    for row in 0..order {
+        let mut see = |what, column| {
+            if column >= order && beyond.is_ok() {
+                beyond = Err(Error::Outside { what, row, column, order });
+            }
+        };
+        a.visit_row(row, &mut |column, _| see("row of A", column));
+        b.visit_row(row, &mut |column, _| see("row of B", column));
+    }
+    beyond
 }
 
 /// Ω = D_A D_B⁻¹, rounded, if both diagonals are positive and so is it.

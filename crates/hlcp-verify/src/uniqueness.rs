@@ -216,7 +216,10 @@ impl Disproof {
 /// assert!(matches!(uniqueness(&a, &b)?, Uniqueness::Proved(Witness::Left { .. })));
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
-pub fn uniqueness<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Result<Uniqueness, Error> {
+pub fn uniqueness<T: Scalar>(
+    a: &(impl Rows<T> + ?Sized),
+    b: &(impl Rows<T> + ?Sized),
+) -> Result<Uniqueness, Error> {
     uniqueness_within(a, b, &mut Clock::endless())
 }
 
@@ -239,10 +242,11 @@ pub fn uniqueness<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Result<Uniqu
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 pub fn uniqueness_within<T: Scalar>(
-    a: &impl Rows<T>,
-    b: &impl Rows<T>,
+    a: &(impl Rows<T> + ?Sized),
+    b: &(impl Rows<T> + ?Sized),
     clock: &mut Clock<'_>,
 ) -> Result<Uniqueness, Error> {
+    let (a, b) = (&a, &b);
     check_pair(a, b)?;
     let columns = Transposed::new(a, b);
     let is_z = (0..a.order()).all(|j| columns.is_z(0, j) && columns.is_z(1, j));

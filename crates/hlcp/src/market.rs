@@ -42,7 +42,8 @@ use crate::files::{self, excerpt};
 /// # std::fs::remove_file(path)?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn read_matrix<T: Scalar>(path: &Path) -> Result<Csr<'static, T>, FileError> {
+pub fn read_matrix<T: Scalar>(path: impl AsRef<Path>) -> Result<Csr<'static, T>, FileError> {
+    let path = path.as_ref();
     let bytes = content(path)?;
     let mut lines = Lines::new(path, &bytes);
     let banner = lines.expect(|| "the banner %%MatrixMarket".into())?;
@@ -153,7 +154,8 @@ fn assemble<T: Scalar>(
 /// # std::fs::remove_file(path)?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn read_vector<T: Scalar>(path: &Path, order: usize) -> Result<Vec<T>, FileError> {
+pub fn read_vector<T: Scalar>(path: impl AsRef<Path>, order: usize) -> Result<Vec<T>, FileError> {
+    let path = path.as_ref();
     let bytes = content(path)?;
     let mut lines = Lines::new(path, &bytes);
     let mut first = lines.expect(|| "a banner or a number".into())?;

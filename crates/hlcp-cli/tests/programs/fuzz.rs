@@ -213,7 +213,7 @@ fn damaged_market_files_are_read_or_refused() {
     let (folder, path) = file("market");
     proptest!(cases(8000), |(text in damaged(bytes(&MARKET)))| {
         folder.write("file", &text);
-        if let Some(matrix) = read(&path, read_matrix::<f64>) {
+        if let Some(matrix) = read(&path, |path| read_matrix::<f64>(path)) {
             let entries = folder::entries(&matrix);
             prop_assert!(entries.len() <= text.len() && matrix.order() <= text.len());
             prop_assert!(entries.iter().all(|(.., value)| value.is_finite()));

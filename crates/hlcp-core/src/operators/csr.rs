@@ -3,6 +3,7 @@ use std::borrow::Cow;
 use super::{
     Diagonal, Index, LinearOperator, Rows, RowsOf, Source,
     assembled::{Pattern, Slices},
+    check::outside,
 };
 use crate::numbers::{Error, Scalar, all_finite, assert_lengths};
 
@@ -111,6 +112,11 @@ impl<'a, T: Scalar> Csr<'a, T> {
 
     /// Returns the matrix of any operator's rows, in arrays of its own.
     ///
+    /// # Panics
+    ///
+    /// For what the operator's own [`check`](LinearOperator::check) refuses, as a matrix that is
+    /// not square, and for a row with an entry in no column.
+    ///
     /// # Cost
     ///
     /// A walk over all rows; 4 bytes and a value for each entry.
@@ -122,9 +128,16 @@ impl<'a, T: Scalar> Csr<'a, T> {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn from_rows(operator: &(impl Rows<T> + ?Sized)) -> Self {
+        if let Err(error) = operator.check("the operator") {
+            panic!("{error}");
+        }
+        let order = operator.order();
         let (mut offsets, mut columns, mut values) = (vec![0], vec![], vec![]);
-        for i in 0..operator.order() {
+        for i in 0..order {
             operator.visit_row(i, &mut |j, a| {
+                if j >= order {
+                    outside(i, j, order);
+                }
                 columns.push(j);
                 values.push(a);
             });
@@ -136,7 +149,7 @@ impl<'a, T: Scalar> Csr<'a, T> {
         } else {
             Pattern::Usize(Cow::Owned(offsets), Cow::Owned(columns))
         };
-        Self { order: operator.order(), pattern, values: Cow::Owned(values) }
+        Self { order, pattern, values: Cow::Owned(values) }
     }
 
     /// Returns the same matrix, borrowed.
@@ -165,8 +178,8 @@ fn check<I: Index>(offsets: &[I], columns: &[I], values: usize) -> Result<(), Er
         return refused("offsets", order, *last, "the number of columns, where the last row ends");
     }
     if values != columns.len() {
-        let must = "the number of columns, where the last row ends";
-        return Err(Error::Index { what: "values", index: values, value: values as i64, must });
+        let why = format!("{} columns need as many values, but {values} are given", columns.len());
+        return Err(Error::Operator { what: "the matrix", why: why.into() });
     }
     for (i, row) in offsets.windows(2).enumerate() {
         if row[1] < row[0] || row[1] > *last {

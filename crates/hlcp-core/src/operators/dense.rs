@@ -30,13 +30,14 @@ impl<'a, T: Scalar> RowMajor<'a, T> {
     ///
     /// # Errors
     ///
-    /// [`Error::Order`] unless there are order² entries; [`Error::NotFinite`] for the first that is
+    /// [`Error::Operator`] unless there are order² entries; [`Error::NotFinite`] for the first that is
     /// NaN or infinite.
     pub fn new(order: usize, entries: impl Into<Cow<'a, [T]>>) -> Result<Self, Error> {
         let entries = entries.into();
         if order.checked_mul(order) != Some(entries.len()) {
-            let what = "the square matrix of these entries";
-            return Err(Error::Order { what, found: entries.len().isqrt(), expected: order });
+            let why =
+                format!("order {order} takes {order}² entries, but {} are given", entries.len());
+            return Err(Error::Operator { what: "the matrix", why: why.into() });
         }
         all_finite("entries", &entries)?;
         Ok(Self { order, entries })

@@ -54,7 +54,12 @@ impl<T: Scalar> Omega<T> {
     /// assert_eq!(omega, Omega::Each(vec![2.0, 3.0]));
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
-    pub fn diagonal_ratio(tau: T, a: &impl Rows<T>, b: &impl Rows<T>) -> Result<Self, Error> {
+    pub fn diagonal_ratio(
+        tau: T,
+        a: &(impl Rows<T> + ?Sized),
+        b: &(impl Rows<T> + ?Sized),
+    ) -> Result<Self, Error> {
+        let (a, b) = (&a, &b);
         positive("tau", tau.wide())?;
         a.check("A")?;
         b.check("B")?;

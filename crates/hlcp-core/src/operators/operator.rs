@@ -187,7 +187,7 @@ pub trait Diagonal<T: Scalar>: LinearOperator<T> {
     message = "`{Self}` is not an operator that knows its rows",
     note = "implement `Diagonal` and `Rows`, one row entry by entry; share operators by `Arc`, not `Rc`",
     note = "without rows there is `Mms::with_splitting`, which takes products alone",
-    note = "matrices of nalgebra need the feature `nalgebra-sparse`"
+    note = "matrices of nalgebra need the feature `nalgebra-sparse`; one by columns is `Csr::from(&matrix)`"
 )]
 pub trait Rows<T: Scalar>: Diagonal<T> {
     /// Calls `visit(j, aᵢⱼ)` for the entries of row `i`, by increasing `j`, each `j` at most once.

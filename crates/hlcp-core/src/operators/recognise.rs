@@ -7,7 +7,8 @@ impl<T: Scalar> FivePoint<Varying<T>> {
     ///
     /// # Errors
     ///
-    /// [`Error::Grid`] for a grid without points, or with more than an array can hold;
+    /// What the operator's own [`check`](crate::LinearOperator::check) refuses, as a matrix that is
+    /// not square; [`Error::Grid`] for a grid without points, or with more than an array can hold;
     /// [`Error::Order`] for a grid of another order than the operator's; [`Error::OffGrid`] for the
     /// first row with an entry that is not zero and leads to no neighbour on the grid;
     /// [`Error::NotFinite`] for an entry that is NaN or infinite.
@@ -32,6 +33,7 @@ impl<T: Scalar> FivePoint<Varying<T>> {
         ny: usize,
         operator: &(impl Rows<T> + ?Sized),
     ) -> Result<Self, Error> {
+        operator.check("the operator")?;
         let n = points::<T>(nx, ny)?;
         check_orders(operator.order(), &[("the grid", n)])?;
         // The first coefficient of each direction inside the grid, and whether all are the same.
@@ -75,7 +77,7 @@ fn row_on_grid<T: Scalar>(
             wrong = Err(Error::NotFinite { what: "row", index: k, value: value.wide() });
         }
         match places.iter().position(|&place| place == Some(column)) {
-            Some(direction) => row[direction] = Some(value),
+            Some(direction) => row[direction] = row[direction].map(|sum| sum + value),
             None if value != T::zero() => wrong = Err(Error::OffGrid { row: k, column, nx, ny }),
             None => {}
         }

@@ -163,6 +163,8 @@ fn method_names_are_checked_and_suggested() {
         let NameError::Unknown { closest, .. } = error else { panic!("{error:?}") };
         assert_eq!(closest.as_deref(), Some(suggestion));
     }
+    let family = Named::parse("amms", alpha).unwrap_err().to_string();
+    assert!(family.starts_with("AMMS is a family of methods: take AMJ, AMGS, AMSOR or AMAOR;"));
     let far = Named::parse("FOO", none).unwrap_err();
     assert!(matches!(far, NameError::Unknown { closest: None, .. }), "{far}");
     for (name, given, parameter) in [

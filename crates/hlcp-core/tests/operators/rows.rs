@@ -282,6 +282,13 @@ fn what_is_no_grid_is_not_recognised() {
     assert_eq!(error, Error::Order { what: "the grid", found: 25, expected: 20 });
     let bad = DMatrix::from_diagonal_element(4, 4, f64::NAN);
     assert!(matches!(FivePoint::from_rows(2, 2, &bad), Err(Error::NotFinite { .. })));
+    for [rows, columns] in [[3, 2], [2, 3]] {
+        let oblong = DMatrix::from_element(rows, columns, 1.0);
+        let expected = Error::NotSquare { what: "the operator", rows, columns };
+        assert_eq!(FivePoint::from_rows(rows, 1, &oblong), Err(expected.clone()));
+        let panic = std::panic::catch_unwind(|| Csr::from_rows(&oblong)).unwrap_err();
+        assert_eq!(panic.downcast_ref(), Some(&expected.to_string()));
+    }
 }
 
 #[test]
@@ -299,7 +306,7 @@ fn arrays_that_are_no_matrix_are_refused_with_the_place() {
         (&[0, 9, 2], &[0, 1], 2, "offsets[1] is 9"),
         (&[0, -1, 2], &[0, 1], 2, "offsets[1] is -1"),
         (&[0, 1, 3], &[0, 1], 2, "offsets[2] is 3"),
-        (&[0, 1, 2], &[0, 1], 3, "values[3] is 3"),
+        (&[0, 1, 2], &[0, 1], 3, "2 columns need as many values, but 3 are given"),
         (&[0], &[], 0, "order 0"),
         (&[], &[], 0, "order 0"),
     ] {

@@ -7,9 +7,12 @@ use crate::{
     uniqueness::{is_m_matrix, is_unique, is_z as is_z_exactly},
 };
 use approx::assert_abs_diff_eq;
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::{
+    panic::catch_unwind,
+    sync::atomic::{AtomicUsize, Ordering::Relaxed},
+};
 
-use hlcp_core::{Aor, Diagonal, Hlcp, Identity, LinearOperator, Omega, Rows};
+use hlcp_core::{Aor, Diagonal, Error, Hlcp, Identity, LinearOperator, Omega, Rows};
 use hlcp_verify::{
     Convergence, Proof, Uniqueness, Witness, alpha_bound, certify, certify_box,
     classes::{Answer, Failure, is_h, is_h_plus, is_m, is_z},
@@ -89,6 +92,30 @@ fn is_ii_exactly(a: &DMatrix<f64>, b: &DMatrix<f64>, omega: &[f64]) -> bool {
         let [a, b] = [exact(a[(i, j)]), exact(b[(i, j)])];
         !(&a * &b).is_negative() && b.abs() * exact(omega[j]) <= a.abs()
     })
+}
+
+#[test]
+fn entries_in_no_column_and_matrices_that_are_not_square_are_refused() {
+    let beyond =
+        Counted { diagonal: vec![4.0; 3], ..Counted::new(DMatrix::from_element(3, 4, -1.0)) };
+    let (one, ones) = (Identity { order: 3 }, [1.0; 3]);
+    for (pair, what) in
+        [([&beyond as &dyn Rows<f64>, &one], "row of A"), ([&one, &beyond], "row of B")]
+    {
+        let refused = Error::Outside { what, row: 0, column: 3, order: 3 };
+        assert_eq!(uniqueness(pair[0], pair[1]), Err(refused.clone()));
+        assert_eq!(certify(pair[0], pair[1], &ones, &ones, &ones).unwrap_err(), refused);
+    }
+    let fails = Answer::No(Failure::Entry { row: 0, column: 3 });
+    assert_eq!(
+        (is_z(&beyond), is_h(&beyond)),
+        (fails, Answer::No(Failure::Entry { row: 0, column: 3 }))
+    );
+    for [rows, columns] in [[3, 2], [2, 3]] {
+        let oblong = DMatrix::from_element(rows, columns, 1.0);
+        assert!(uniqueness(&oblong, &one).is_err());
+        assert!(catch_unwind(|| is_h(&oblong)).is_err() && catch_unwind(|| is_z(&oblong)).is_err());
+    }
 }
 
 #[derive(Debug)]
