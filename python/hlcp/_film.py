@@ -333,7 +333,8 @@ def profile(
                                      ("cavitation", cavitation, False)):
         conditions.append(_number(name, value))
         if is_positive and conditions[-1] <= 0.0:
-            way = "; turn the profile round" if name == "speed" else ""
+            turned = name == "speed" and conditions[-1] < 0.0
+            way = "; turn the profile round" if turned else ""
             raise ValueError(f"{name} is {value}, but it must be positive{way}")
     if conditions[2] < conditions[3]:
         raise ValueError(f"ambient is {ambient} Pa, below cavitation, {cavitation} Pa")

@@ -1,5 +1,7 @@
 """Operators, and what is passed of them to the compiled half."""
 
+from __future__ import annotations
+
 import operator
 import sys
 from typing import Any

@@ -1,5 +1,7 @@
 """Solving and certifying."""
 
+from __future__ import annotations
+
 import enum
 import inspect
 from collections.abc import Callable, Sequence
@@ -15,7 +17,7 @@ from hlcp._operators import (
     FivePoint, Vector, count, described, exact, function, number, real, vector,
 )
 
-Map = Callable[[Vector], ArrayLike]
+Map = Callable[[NDArray[Any]], ArrayLike]
 
 
 class Status(enum.IntEnum):
@@ -63,12 +65,12 @@ class Result(OptimizeResult):  # type: ignore[misc]
     relative : float
         The residual over the norm of q.
     elapsed : float
-        Seconds.
+        Seconds of the iterations, as `maxtime` counts them.
     """
 
-    z: Vector
-    r: Vector
-    x: Vector
+    z: NDArray[Any]
+    r: NDArray[Any]
+    x: NDArray[Any]
     success: bool
     status: Status
     message: str
@@ -96,7 +98,7 @@ class Progress:
     """
 
     nit: int
-    x: Vector
+    x: NDArray[Any]
     residual: float
     elapsed: float
 
@@ -118,13 +120,18 @@ class _Pair:
             self._described[dtype] = of_a, described("B", B, dtype, order)
         return self._described[dtype]
 
-    def check(self, shape: tuple[int, ...]) -> None:
-        """Refuse the shape of another grid than that of the operators."""
-        for given in self._given:
-            is_plane = isinstance(given, FivePoint) and len(shape) > 1 and 1 not in shape
-            if is_plane and shape != given.grid:
-                raise ValueError(f"q has the shape {shape}, but the grid has {given.grid}; give"
-                                 " q.ravel() if its entries are those of the grid, row by row")
+    def check(self, **arrays: NDArray[Any] | None) -> None:
+        """Refuse arrays of other planes than the grid of the operators, or the first of them."""
+        planes = [("the grid", given.grid) for given in self._given if isinstance(given, FivePoint)]
+        for name, array in arrays.items():
+            if array is None or array.ndim < 2 or 1 in array.shape:
+                continue
+            for whose, shape in planes:
+                if array.shape != shape:
+                    raise ValueError(f"{name} has the shape {array.shape}, but {whose} has {shape};"
+                                     f" give {name}.ravel() if its entries are in that order, row"
+                                     " by row")
+            planes.append((name, array.shape))
 
 
 def _precision(q: NDArray[Any]) -> Any:
@@ -176,7 +183,8 @@ def solve(
         One of `methods`, in any case: "AUTO" chooses. The paper's are "MGS", "AMSOR", "TMAOR" and
         so on; with a grid there are "MGW", "MGF" and "FMG".
     alpha, beta, alpha2, beta2 : float
-        The relaxation parameters of the methods that take them, as "TMAOR".
+        The relaxation parameters of the methods that take them, as "TMAOR". A splitting of your own
+        takes none.
     base : str
         The method that "ANDERSON" accelerates, and "NEWTON" and "AMG" fall back on; without it
         "AMGS", forward and then backward.
@@ -204,7 +212,8 @@ def solve(
     maxiter : int
         The largest number of iterations.
     maxtime : float
-        The longest time, in seconds.
+        The longest time of the iterations, in seconds. To convert A and B and to set the method up,
+        as to find an order for "PIVOTING", is not in it.
     threads : int
         How many threads share the sweeps over five-point operators with 16384 points or more; the
         results have the same bits for any number.
@@ -258,7 +267,6 @@ def _solve(pair: _Pair, q: ArrayLike, *, method: Any, base: Any, splitting: Any,
     shape, dtype = array.shape, _precision(array)
     entries = vector("q", array, dtype)
     A, B = pair.described(dtype)
-    pair.check(shape)
     for name, value in (("method", method), ("base", "" if base is None else base)):
         if not isinstance(value, str) or not value.isascii():
             raise ValueError(f"{name} is {value!r}, but it must be one of hlcp.methods()")
@@ -272,8 +280,10 @@ def _solve(pair: _Pair, q: ArrayLike, *, method: Any, base: Any, splitting: Any,
     settings: dict[str, Any] = {name: number(name, value) for name, value in numbers.items()}
     if settings["tau"] is not None and omega is not None:
         raise ValueError("give tau or omega, not both")
+    x0, z0, r0, omega = (None if given is None else real(name, given) for name, given in (
+        ("x0", x0), ("z0", z0), ("r0", r0), ("omega", omega)))
+    pair.check(q=array, x0=x0, z0=z0, r0=r0, omega=omega)
     if omega is not None:
-        omega = real("omega", omega)
         omega = vector("omega", omega, dtype) if omega.ndim else float(omega)
     starts = [None if start is None else vector(name, start, dtype)
               for name, start in (("x0", x0), ("z0", z0), ("r0", r0))]
@@ -282,6 +292,13 @@ def _solve(pair: _Pair, q: ArrayLike, *, method: Any, base: Any, splitting: Any,
         maps = []
     elif len(maps) not in (1, 2) or not all(map(callable, maps)):
         raise ValueError(f"splitting is {splitting!r}, but it must be a function, or two for TMMS")
+    if maps:
+        idle = {name: settings[name] for name in ("alpha", "beta", "alpha2", "beta2")}
+        idle |= {"base": base, "window": window if method.upper() in ("MMS", "TMMS") else None}
+        for name, value in idle.items():
+            if value is not None:
+                raise ValueError(f"{name} is {value!r}, but {method} with a splitting of your own"
+                                 f" takes no {name}")
     largest = norm == np.inf
 
     def watch(nit: int, x: Vector, l2: float, linf: float, elapsed: float) -> bool:
@@ -384,7 +401,7 @@ class Solver:
         return self.last
 
     def resume(self, q: ArrayLike, **options: Any) -> Result:
-        """Solve for q from the x of the last answer, or from 0 if there was none.
+        """Solve for q from the x of the last answer, or as `solve` if there was none.
 
         Parameters
         ----------
@@ -401,7 +418,12 @@ class Solver:
         ValueError
             As `hlcp.solve`; ``last`` stays what it was.
         """
-        return self.solve(q, **options, x0=None if self.last is None else self.last.x)
+        given = options.keys() & {"x0", "z0", "r0"}
+        if given:
+            raise ValueError(f"{min(given)} is given, but resume starts from the last answer; call"
+                             " solve with a start of your own")
+        last = {} if self.last is None else {"x0": self.last.x, "z0": None, "r0": None}
+        return self.solve(q, **options, **last)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -488,13 +510,13 @@ def certify(A: Any, B: Any, q: ArrayLike, z: ArrayLike, r: ArrayLike, *,
     >>> lower <= 2 <= upper < 2 + 1e-12
     True
     """
-    if A is None:
-        raise ValueError("A is None, but only B may be, for the identity")
+    pair = _Pair(A, B)
     shape = np.shape(q)
     of_a = described("A", A, np.float64, 0, is_proof=True)
     of_b = described("B", B, np.float64, np.shape(A)[0], is_proof=True)
-    entries = [vector(name, exact(name, given), np.float64)
-               for name, given in (("q", q), ("z", z), ("r", r))]
+    arrays = {name: exact(name, given) for name, given in (("q", q), ("z", z), ("r", r))}
+    pair.check(**arrays)
+    entries = [vector(name, array, np.float64) for name, array in arrays.items()]
     wanted = [_coefficients(f"functionals[{k}]", pair, len(entries[0]))
               for k, pair in enumerate(functionals)]
     proof = _hlcp.certify([of_a, of_b], entries, wanted, _seconds(maxtime))

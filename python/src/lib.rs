@@ -136,8 +136,9 @@ impl<T: Real> Given<'_, T> {
                         Numbers::Constant(value) => Coefficients::Uniform(T::of(*value)),
                     };
                 }
-                let open = FivePoint::new(*nx, *ny, views).map_err(wrong)?;
-                Box::new(open.periodic([*along_x, *along_y]).map_err(wrong)?)
+                let open = FivePoint::new(*nx, *ny, views);
+                let closed = open.and_then(|open| open.periodic([*along_x, *along_y]));
+                Box::new(closed.map_err(|error| wrong(format!("{what}: {error}")))?)
             }
             Self::Products(rows, columns, call) => {
                 let shape = [*rows, *columns];
@@ -343,8 +344,10 @@ impl<T: Real> Job<'_, T> {
         let omega = match &self.omega {
             Some(omega) => omega.clone(),
             None => {
-                let (a, b) = (self.a.rows("A")?, self.b.rows("B")?);
-                Omega::diagonal_ratio(T::of(self.settings.tau), &a, &b).map_err(wrong)?
+                let (Operator::Rows(a), Operator::Rows(b)) = (&self.a, &self.b) else {
+                    return Err(wrong("give omega, for the diagonal of a LinearOperator is unknown"));
+                };
+                Omega::diagonal_ratio(T::of(self.settings.tau), &&**a, &&**b).map_err(wrong)?
             }
         };
         let problem = Hlcp::new(a, b, omega).map_err(wrong)?;

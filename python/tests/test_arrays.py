@@ -296,6 +296,14 @@ def test_q_has_the_shape_of_the_grid():
             with pytest.raises(ValueError, match=r"q has the shape .* the grid has \(4, 5\)"):
                 hlcp.solve(*pair, q.reshape(shape))
     assert hlcp.solve(A.tocsr(), None, q.reshape(5, 4)).z.shape == (5, 4)
+    other, grid = np.ones((5, 4)), q.reshape(4, 5)
+    for name in ("x0", "z0", "r0", "omega"):
+        for pair in [(A, None), (A.tocsr(), None)]:
+            with pytest.raises(ValueError, match=rf"{name} has the shape \(5, 4\), but .* \(4, 5\)"):
+                hlcp.solve(*pair, grid, **{name: other})
+    for arrays in [(grid.T, other.T, other.T), (grid, other, other.T), (grid, other.T, other)]:
+        with pytest.raises(ValueError, match=r"has the shape \(5, 4\), but the grid has \(4, 5\)"):
+            hlcp.certify(A, None, *arrays)
 
 
 def test_what_does_not_fit_the_memory_is_a_memory_error():

@@ -196,6 +196,7 @@ def test_a_profile_is_that_of_the_command():
     (r"x\[1\] is 0.0, which does not exceed the x before it, 0.0; for a step", {"x": [0, 0]}),
     (r"h\[1\] is 0.0, but it must be positive", {"h": [1, 0]}),
     ("speed is -2, but it must be positive; turn the profile round", {"speed": -2}),
+    ("speed is 0, but it must be positive$", {"speed": 0}),
     ("ambient is -1 Pa, below cavitation", {"ambient": -1}),
     ("no point between the ends", {"refine": 1}),
     ("refine is 65536, but it must be at most 65535", {"refine": 65536}),

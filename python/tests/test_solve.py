@@ -102,10 +102,21 @@ def test_products_alone_need_a_splitting_and_omega():
     products = LinearOperator((3, 3), matvec=lambda x: 2 * x, dtype=np.float64)
     with pytest.raises(ValueError, match="A is known by its products alone"):
         hlcp.solve(products, None, -np.ones(3))
-    with pytest.raises(ValueError, match="A is known by its products alone"):
+    with pytest.raises(ValueError, match="give omega, for the diagonal"):
         hlcp.solve(products, None, -np.ones(3), splitting=lambda v: v / 4)
     with pytest.raises(ValueError, match="its rows"):
         hlcp.certify(products, None, -np.ones(3), np.ones(3), np.ones(3))
+
+
+@pytest.mark.parametrize("name, value", [
+    ("alpha", 1.2), ("beta", 0.5), ("alpha2", 1.0), ("beta2", 1.0), ("base", "AMGS"), ("window", 5)])
+def test_a_splitting_takes_no_parameters(name, value):
+    A, q = 4.0 * np.eye(3), -np.ones(3)
+    options = {"splitting": lambda v: v / 8, "omega": 4.0}
+    assert hlcp.solve(A, None, q, "MMS", **options).success
+    with pytest.raises(ValueError, match=f"{name} is {value!r}, but MMS .* takes no {name}"):
+        hlcp.solve(A, None, q, "MMS", **options, **{name: value})
+    assert hlcp.solve(A, None, q, "ANDERSON", **options, window=5).success
 
 
 @pytest.mark.parametrize("start", ["x0", "z0", "r0", "both"])
@@ -223,6 +234,11 @@ def test_a_solver_resumes():
     assert solver.resume(q + 1e-6, rtol=1e-12).relative <= 1e-12
     assert solver.solve(q).nit == first.nit
     assert np.array_equal(first.z, solver.last.z) and first.z is not solver.last.z
+    with pytest.raises(ValueError, match="z0 is given, but resume starts from the last answer"):
+        solver.resume(q, z0=first.z)
+    # A start among the options holds for the first solve alone.
+    started = hlcp.Solver(A, B, "AMGS", rtol=1e-8, z0=first.z, r0=first.r)
+    assert started.resume(q).nit == started.resume(q).nit == 0
     with pytest.raises(TypeError):
         hlcp.Solver(A, B, "AMGS", rtoll=1e-8)
     with pytest.raises(ValueError):
