@@ -48,8 +48,9 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         let of_q = q.entries().iter().zip(of_rows).map(|(q, unit)| q.wide().abs() * unit);
         let of_q = problem.gamma().wide() * of_q.sum::<f64>();
         let in_units = |i: usize| (x[i] / units[0][i]).max(-x[i] / units[1][i]).wide();
-        let of_x = 2.0 * (0..x.len()).map(in_units).sum::<f64>();
-        let size = of_q.max(of_x) / problem.order() as f64;
+        let bound = || (0..x.len()).filter(|&i| self.free[i] == T::zero());
+        let of_x = 2.0 * bound().map(in_units).sum::<f64>() / bound().count().max(1) as f64;
+        let size = of_x.max(of_q / problem.order() as f64);
         let [z, r] = units.each_ref().map(|units| {
             let bound = |(&unit, &free): (&T, &T)| if free > T::zero() { T::zero() } else { unit };
             units.iter().zip(&self.free).map(bound).collect()
@@ -122,8 +123,13 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             r[i] += part * dr[i];
         }
         let after = mean(&z, &r);
-        let in_units = |i: usize| (z[i] / units[0][i]).max(r[i] / units[1][i]).wide();
-        let reached = ((0..n).map(in_units).sum::<f64>() / n as f64).powi(2);
+        // What is free may be of any size, and of either sign.
+        let (mut reached, mut bound) = (0.0, 0);
+        for i in (0..n).filter(|&i| is_bound(i)) {
+            reached += (z[i] / units[0][i]).max(r[i] / units[1][i]).wide();
+            bound += 1;
+        }
+        let reached = (reached / f64::from(bound.max(1))).powi(2);
         if before <= ROUNDED * reached && after >= 10.0 * before {
             return;
         }

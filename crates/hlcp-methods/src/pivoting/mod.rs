@@ -67,8 +67,8 @@ const NEAR: f64 = 1e3;
 /// Gx ≥ h. That of an equation is free: its column of B is that of A.
 ///
 /// The first columns are those of the start, and then, before it goes through the interior, all of
-/// that one of `A` and `B` that has more entries; at once those where the start's residual is above
-/// a tenth of ‖q‖. From there a matrix that conducts sees all wrong signs, while a front that is to
+/// that one of `A` and `B` that has more entries, or of the other one if these are singular; at once
+/// those where the start's residual is above a tenth of ‖q‖. From there a matrix that conducts sees all wrong signs, while a front that is to
 /// grow does so by a point in each step. A step that leads to 10¹⁵ times ‖q‖ or more, as columns do
 /// that are all but singular, is not taken, and the next way begins.
 ///
@@ -170,6 +170,8 @@ enum Way {
     Start,
     /// From the columns of the operator that couples more.
     Whole,
+    /// From those of the other one, as they leave no digits.
+    Other,
     /// Through the interior.
     Inside,
     /// From the signs there, each column with a share of the other one.
@@ -264,7 +266,11 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             return None;
         }
         if self.fewest == usize::MAX || x != self.x {
-            let whole = (self.way == Way::Whole).then_some(self.whole);
+            let whole = match self.way {
+                Way::Whole => Some(self.whole),
+                Way::Other => Some(-self.whole),
+                _ => None,
+            };
             for ((d, &x), &free) in self.d.iter_mut().zip(x).zip(&self.free) {
                 *d = if free > T::zero() { T::one() } else { whole.unwrap_or(sign(x)) };
             }
@@ -276,7 +282,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         if count as f64 <= FEWER * self.fewest as f64 {
             let is_long = match self.way {
                 Way::Start => false,
-                Way::Whole => count <= x.len() / FEW,
+                Way::Whole | Way::Other => count <= x.len() / FEW,
                 _ => true,
             };
             (self.fewest, self.patience, self.since) = (count, PATIENCE[usize::from(is_long)], 0);
@@ -480,7 +486,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
             Way::Start if self.patience == 0 || !has_digits => {
                 (self.way, self.fewest) = (Way::Whole, usize::MAX);
             }
-            Way::Whole if self.patience == 0 || !has_digits => {
+            Way::Whole if !has_digits => (self.way, self.fewest) = (Way::Other, usize::MAX),
+            Way::Whole | Way::Other if self.patience == 0 || !has_digits => {
                 self.way = Way::Inside;
                 let tells = has_digits && led <= NEAR * q.norms().l2;
                 self.enter(q, if tells { y } else { &[] });
