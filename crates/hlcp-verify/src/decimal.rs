@@ -49,22 +49,15 @@ fn rounded(exact: &str, digits: usize, away: bool) -> String {
     let point = exact.find('.').unwrap_or(exact.len());
     let end = if digits == 0 { point } else { (point + 1 + digits).min(exact.len()) };
     let (kept, rest) = exact.split_at(end);
-    let mut carry = away && rest.contains(|c| matches!(c, '1'..='9'));
-    let mut reversed: Vec<char> = vec![];
-    for c in kept.chars().rev() {
-        reversed.push(match c {
-            '9' if carry => '0',
-            '0'..='8' if carry => {
-                carry = false;
-                char::from(c as u8 + 1)
-            }
-            c => c,
-        });
+    if !(away && rest.contains(|c| matches!(c, '1'..='9'))) {
+        return kept.to_owned();
     }
-    if carry {
-        reversed.push('1');
-    }
-    reversed.into_iter().rev().collect()
+    // One more in the last place that has room for it.
+    let Some(last) = kept.rfind(|c| matches!(c, '0'..='8')) else {
+        return format!("1{}", kept.replace('9', "0"));
+    };
+    let digit = char::from(kept.as_bytes()[last] + 1);
+    format!("{}{digit}{}", &kept[..last], kept[last + 1..].replace('9', "0"))
 }
 
 #[cfg(test)]
