@@ -166,11 +166,7 @@ impl Dense {
     /// ```
     pub fn amms(&self, of_a: [f64; 2], of_b: [f64; 2], backward: bool) -> Iteration {
         let omega = DMatrix::from_diagonal(&self.omega);
-        let second = |matrix: &DMatrix<f64>| {
-            let (d, l, u) = parts(matrix);
-            let m = d - if backward { l } else { u };
-            [m.clone(), m - matrix]
-        };
+        let second = |matrix| aor_splitting(matrix, [1.0; 2], !backward);
         let [[m_a, n_a], [m_b, n_b]] = [second(&self.a), second(&self.b)];
         Iteration {
             modulus: n_b * &omega - n_a,
