@@ -87,11 +87,10 @@ fn quotient(z: &impl Comparison, i: usize, x: &[f64], g: &mut Vec<(usize, f64)>)
     [lower, if upper.is_nan() { f64::INFINITY } else { upper }]
 }
 
-/// The bracket of a trial vector, from one product; from 0 to ∞ when the clock is up.
+/// The bracket of a positive vector, from one product; from 0 to ∞ when the clock is up.
 fn bracket(z: &impl Comparison, vector: Vec<f64>, clock: &mut Clock<'_>) -> Bracket {
     let mut g = vec![];
     let (mut lower, mut upper) = (f64::INFINITY, 0.0_f64);
-    let is_positive = positive(&vector);
     for i in 0..vector.len() {
         if clock.is_up_at(i) {
             return Bracket { lower: 0.0, upper: f64::INFINITY, vector };
@@ -99,10 +98,7 @@ fn bracket(z: &impl Comparison, vector: Vec<f64>, clock: &mut Clock<'_>) -> Brac
         let row = quotient(z, i, &vector, &mut g);
         (lower, upper) = (lower.min(row[0]), upper.max(row[1]));
     }
-    if !(is_positive && lower > 0.0) {
-        lower = 0.0;
-    }
-    Bracket { lower, upper: if is_positive { upper } else { f64::INFINITY }, vector }
+    Bracket { lower, upper, vector }
 }
 
 /// Narrows the bracket by Noda's iteration `(ρ̄D − G) x⁺ = Dx`, where `ρ̄` is the upper end, from
