@@ -35,11 +35,8 @@ impl Contraction {
     /// `reduction` is positive.
     pub fn iterations(&self, reduction: f64) -> Option<u64> {
         let enough = |k: u64| power_up(self.factor, k) <= reduction;
-        if reduction <= 0.0 || reduction.is_nan() {
-            return None;
-        }
         let (mut low, mut high) = (0, 1_u64 << 52);
-        if !enough(high) {
+        if !(reduction > 0.0 && enough(high)) {
             return None;
         }
         while low < high {
@@ -82,15 +79,9 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Steps<'_, T, A, B> {
     /// Not more than `|mᵢᵢ|`, and the rest of row `i` of step `k`.
     fn entries(&self, k: usize, i: usize, mut each: impl FnMut(Entry)) -> f64 {
         let step = &self.steps[k];
-        let [pair_a, pair_b] = step.pairs().map(|pair| pair.map(T::wide));
+        let pairs = step.pairs().map(|pair| pair.map(T::wide));
         let mut row = vec![];
         merge((self.problem.a(), self.problem.b()), i, &mut row);
-        let one = Interval::exactly(1.0);
-        let over = |[alpha, _]: [f64; 2]| Interval::ratio(1.0, alpha);
-        let slope = |[alpha, beta]: [f64; 2]| Interval::ratio(beta, alpha);
-        let mixed = |of_a: Interval, of_b: Interval, a: f64, b: Interval| {
-            of_a.times(a).plus(of_b.product(b))
-        };
         let mut pivot = 0.0;
         for (column, [a, b]) in row {
             let omega = self.problem.omega().entry(column).wide();
@@ -98,26 +89,26 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Steps<'_, T, A, B> {
             // A missing entry is zero, without the rounding of a product.
             let b_omega = if b.lower == 0.0 { b } else { b.times(omega) };
             let modulus = b_omega.minus(Interval::exactly(a)).magnitude();
+            let with_modulus = |part: Interval| (part.magnitude() + modulus).next_up();
             let passed = step.precedes(column, i);
-            if column == i {
-                let (of_a, of_b) = (over(pair_a), over(pair_b));
-                pivot = mixed(of_a, of_b, a, b_omega).mignitude();
-                let n = mixed(of_a.minus(one), of_b.minus(one), a, b_omega).magnitude();
-                each(Entry { column, new: 0.0, old: (n + modulus).next_up() });
-            } else if passed {
-                let (of_a, of_b) = (slope(pair_a), slope(pair_b));
-                let m = mixed(of_a, of_b, a, b_omega).magnitude();
-                let n = mixed(of_a.minus(one), of_b.minus(one), a, b_omega).magnitude();
-                let [new, old] = if step.is_accelerated() {
-                    [(m + modulus).next_up(), n]
-                } else {
-                    [m, (n + modulus).next_up()]
-                };
-                each(Entry { column, new, old });
+            // M has 1/α of the diagonal and β/α of the triangle that is swept, N the rest.
+            let (m, n) = if column == i || passed {
+                let part = |[of_a, of_b]: [Interval; 2]| of_a.times(a).plus(of_b.product(b_omega));
+                let of_m = pairs
+                    .map(|[alpha, beta]| Interval::ratio(if passed { beta } else { 1.0 }, alpha));
+                (part(of_m), part(of_m.map(|of| of.minus(Interval::exactly(1.0)))))
             } else {
-                let n = b_omega.plus(Interval::exactly(a)).magnitude();
-                each(Entry { column, new: 0.0, old: (n + modulus).next_up() });
+                (Interval::exactly(0.0), b_omega.plus(Interval::exactly(a)))
+            };
+            let [new, old] = match (passed, step.is_accelerated()) {
+                (false, _) => [0.0, with_modulus(n)],
+                (true, false) => [m.magnitude(), with_modulus(n)],
+                (true, true) => [with_modulus(m), n.magnitude()],
+            };
+            if column == i {
+                pivot = m.mignitude();
             }
+            each(Entry { column, new, old });
         }
         pivot
     }
@@ -150,11 +141,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Steps<'_, T, A, B> {
     /// with one α or with one each for `A` and `B`.
     pub(crate) fn solve_scalars(&self) -> bool {
         let solves = |step: &Aor<T>| {
-            let fits = |[alpha, beta]: [T; 2]| match step.is_accelerated() {
-                true => beta == alpha,
-                false => beta == T::zero(),
-            };
-            step.pairs().into_iter().all(fits)
+            let beta_for = |alpha| if step.is_accelerated() { alpha } else { T::zero() };
+            step.pairs().iter().all(|&[alpha, beta]| beta == beta_for(alpha))
         };
         !self.steps.is_empty() && self.steps.iter().all(solves)
     }
