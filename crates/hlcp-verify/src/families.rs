@@ -536,28 +536,19 @@ fn planted(random: &mut Random, a: &CsrMatrix<f64>, b: &CsrMatrix<f64>) -> Vec<f
 fn dense(random: &mut Random) -> (Problem, String) {
     let n = random.log(2.0, 120.0) as usize;
     let (kind, skew) = (random.whole(0, 2), random.log(1e-2, 10.0));
-    let mut a = vec![0.0; n * n];
-    if kind != 1 {
-        let g: Vec<f64> = (0..n * n).map(|_| random.real(-1.0, 1.0)).collect();
-        for (k, a) in a.iter_mut().enumerate() {
-            let (i, j) = (k / n, k % n);
-            *a = (0..n).map(|l| g[i * n + l] * g[j * n + l]).sum::<f64>() / n as f64;
-            *a += skew * (g[i * n + j] - g[j * n + i]) + if i == j { 0.05 } else { 0.0 };
-        }
-    }
-    if kind != 0 {
-        for (k, a) in a.iter_mut().enumerate() {
-            let (i, j) = (k / n, k % n);
-            *a += if i == j {
-                1.0
-            } else if i > j && kind == 1 {
-                2.0
-            } else {
-                0.0
-            };
-        }
-    }
-    let entries = a.iter().enumerate().map(|(k, &a)| (k / n, k % n, a));
+    let numbers = if kind == 1 { 0 } else { n * n };
+    let g: Vec<f64> = (0..numbers).map(|_| random.real(-1.0, 1.0)).collect();
+    let definite = |i: usize, j: usize| {
+        let product = (0..n).map(|l| g[i * n + l] * g[j * n + l]).sum::<f64>() / n as f64;
+        product + (skew * (g[i * n + j] - g[j * n + i]) + if i == j { 0.05 } else { 0.0 })
+    };
+    let entry = |i: usize, j: usize| match kind {
+        1 if i > j => 2.0,
+        1 => f64::from(i == j),
+        2 if i == j => definite(i, j) + 1.0,
+        _ => definite(i, j),
+    };
+    let entries = (0..n * n).map(|k| (k / n, k % n, entry(k / n, k % n)));
     let a = rows(n, entries.filter(|entry| entry.2 != 0.0));
     let q = (0..n).map(|_| random.real(-1.0, 0.5)).collect();
     let kinds = ["positive definite", "triangular", "well-conditioned"];
