@@ -329,6 +329,7 @@ pub enum Convergence {
 
 impl fmt::Display for Convergence {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("convergence: ")?;
         match self {
             Self::Proved(proof, contraction) => {
                 let by = match proof {
@@ -339,14 +340,10 @@ impl fmt::Display for Convergence {
                     Proof::Columns => "the column theorem",
                 };
                 let factor = fixed(contraction.factor, 6, true);
-                write!(f, "convergence: proved by {by} (factor {factor})")
+                write!(f, "proved by {by} (factor {factor})")
             }
-            Self::NotProved(Answer::No(failure)) => {
-                write!(f, "convergence: not proved, because {failure}")
-            }
-            Self::NotProved(_) => {
-                write!(f, "convergence: not proved, because no witness was found")
-            }
+            Self::NotProved(Answer::No(failure)) => write!(f, "not proved, because {failure}"),
+            Self::NotProved(_) => f.write_str("not proved, because no witness was found"),
         }
     }
 }
