@@ -88,26 +88,19 @@ impl Drawing {
 
     /// All factors within the tolerance of 1.
     fn factor(&self) -> Interval {
-        let [lower, upper] = [1.0 - self.tolerance, 1.0 + self.tolerance];
-        if self.tolerance == 0.0 { Interval::exactly(1.0) } else { widened([lower, upper]) }
+        around(1.0, self.tolerance)
     }
 
     /// The pressures of a reservoir above that of cavitation, over λ.
     fn above(&self, film: &Film, place: Place) -> Interval {
-        let above = |pressure| exact_difference(pressure, film.cavitation);
+        let above = |pressures: Interval| pressures.minus(Interval::exactly(film.cavitation));
         let pressures = match place {
             Place::Supply(supply) => {
                 let pressure = film.supplies[supply].pressure;
-                let off = self.tolerance * pressure.abs();
-                let ends = widened([pressure - off, pressure + off]);
-                if off == 0.0 {
-                    above(pressure)
-                } else {
-                    ends.minus(Interval::exactly(film.cavitation))
-                }
+                above(around(pressure, self.tolerance * pressure.abs()))
             }
             Place::Side(side) => match film.sides[side] {
-                Side::Pressure(pressure) => above(pressure),
+                Side::Pressure(pressure) => above(Interval::exactly(pressure)),
                 _ => Interval::exactly(0.0),
             },
         };
@@ -119,8 +112,12 @@ impl Drawing {
     }
 }
 
-fn widened([lower, upper]: [f64; 2]) -> Interval {
-    Interval { lower: lower.next_down(), upper: upper.next_up() }
+/// The numbers within `off` of `value`.
+fn around(value: f64, off: f64) -> Interval {
+    if off == 0.0 {
+        return Interval::exactly(value);
+    }
+    Interval { lower: (value - off).next_down(), upper: (value + off).next_up() }
 }
 
 impl ProvedFigures {
@@ -436,7 +433,8 @@ impl Film {
 
     fn proved_drift(&self, axis: usize) -> Interval {
         let drift = self.drift(axis);
-        if drift == 0.0 { Interval::exactly(0.0) } else { widened([drift; 2]) }
+        // A mean is rounded.
+        if drift == 0.0 { Interval::exactly(0.0) } else { Interval::ratio(drift, 1.0) }
     }
 
     /// h³/12μ.
