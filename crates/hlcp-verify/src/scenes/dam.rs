@@ -106,13 +106,7 @@ impl Columns for Dam {
         let q = entries(&columns, ny, |i, j| {
             let out = if j + 1 == ny { 0.0 } else { falls(j) };
             let [upstream, downstream] = self.heads(j);
-            let mut held = 0.0;
-            if i == 0 {
-                held += upstream;
-            }
-            if i + 1 == self.nx {
-                held += downstream;
-            }
+            let held = f64::from(i == 0) * upstream + f64::from(i + 1 == self.nx) * downstream;
             out - from_above(j) - self.side(j) * held
         });
         Ok((a, b, q))
