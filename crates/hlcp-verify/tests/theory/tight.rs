@@ -3,7 +3,7 @@
 
 use std::time::Instant;
 
-use hlcp_core::{Error, Hlcp, Rows, Scalar};
+use hlcp_core::{Error, Hlcp, Norms, Rows, Scalar};
 use hlcp_methods::{Clock, Limits, Named, Options, Solver};
 use hlcp_verify::{
     Bearing2d, Branch, Dam, Disc, Example, Film, JournalBearing, Membrane, Obstacle, Posed, Slider,
@@ -13,7 +13,7 @@ use num_rational::BigRational;
 use num_traits::{One, ToPrimitive, Zero};
 
 use crate::{
-    common::{Lists, asked},
+    common::{Lists, asked, largest_difference},
     exact::exact,
 };
 
@@ -25,10 +25,6 @@ enum Truth {
     Floor,
     /// Elimination with 250 binary places on the sides of the answer.
     Tridiagonal,
-}
-
-fn largest(values: impl Iterator<Item = f64>) -> f64 {
-    values.fold(0.0, |most, value| if value > most || value.is_nan() { value } else { most })
 }
 
 fn wide<T: Scalar>(v: &[T]) -> Vec<f64> {
@@ -121,8 +117,8 @@ fn row<T: Scalar>(
     };
     let [z, r] = [(&found[0], &known[0], &certificate.z), (&found[1], &known[1], &certificate.r)]
         .map(|(found, known, bound)| {
-            let error = largest(found.iter().zip(known).map(|(u, v)| (u.wide() - v).abs()));
-            let bound = largest(bound.iter().copied());
+            let error = largest_difference(&wide(found), known);
+            let bound = Norms::of(bound).linf;
             // A reference at the floor of rounding is itself off, and may show an error above its
             // bound. Of large problems rounding may widen a box.
             let most = if n < 5_000 { 1.4 } else { 5.0 };
