@@ -1,7 +1,7 @@
 //! The proved figures of films, against exact rational solutions.
 
 use hlcp_core::Rows;
-use hlcp_methods::{Clock, Limits, Named, Options, Parameters, Solver};
+use hlcp_methods::{Clock, Limits, Named, Options, Solver};
 use hlcp_verify::{
     Branch, Certificate, Film, Side, Supply, TimeStep, certify, certify_box, uniqueness,
 };
@@ -10,8 +10,8 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive, Zero};
 
 use crate::{
-    common::{asked, assembled, uniform},
-    exact::{exact, on_columns},
+    common::{Dynamic, asked, assembled, uniform},
+    exact::{exact, is_within, on_columns},
 };
 
 type Exact = BigRational;
@@ -263,10 +263,8 @@ fn moved(
 /// `z` and `r` by a solve, which need not converge, some made worse, and what is proved of them.
 fn certified(film: &Film, next: &mut impl FnMut() -> f64) -> Option<([Vec<f64>; 2], Certificate)> {
     let (a, b, q) = film.pose().expect("a sound film");
-    let omega = hlcp_core::Omega::diagonal_ratio(1.0, &a, &b).ok()?;
-    let problem = crate::common::Dynamic::new(&a, &b, omega).expect("a pair");
-    let named = Named::parse("AUTO", Parameters::default()).expect("a name");
-    let mut solver = Solver::new(named.on_dyn(problem).ok()?);
+    let auto: Named = "AUTO".parse().expect("a name");
+    let mut solver = Solver::new(auto.on_dyn(Dynamic::from_pair(&a, &b).ok()?).ok()?);
     let limits = Limits { iterations: 3000, rounding: Some(4.0), ..Limits::relative(1e-12) };
     let _ = solver.solve(&q, Options::default().limits(limits)).expect("finite");
     let mut answer = [solver.z().to_vec(), solver.r().to_vec()];
@@ -296,14 +294,8 @@ fn exact_figures_lie_in_their_intervals() {
             unsolved += 1;
             continue;
         };
-        let within = (0..q.len()).all(|j| {
-            let holds = |[lower, upper]: [f64; 2], value: &Exact| {
-                exact(lower) <= *value && (upper.is_infinite() || *value <= exact(upper))
-            };
-            let [of_z, of_r] = certificate.interval(j);
-            holds(of_z, &solution[0][j]) && holds(of_r, &solution[1][j])
-        });
-        if !within {
+        let x: Vec<_> = solution[0].iter().zip(&solution[1]).map(|(z, r)| z - r).collect();
+        if !is_within(&certificate, &x) {
             let is_unique = uniqueness(&a, &b).unwrap().is_proved();
             assert!(!is_unique, "{seed}: a false certificate");
             outside += 1; // another solution

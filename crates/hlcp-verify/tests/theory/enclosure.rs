@@ -12,7 +12,7 @@ use proptest::{collection::vec, prelude::*, strategy::ValueTree, test_runner::Te
 
 use crate::{
     common::{Lists, asked, not_finite},
-    exact::{exact, on_columns},
+    exact::{exact, is_within, on_columns},
     for_all,
 };
 
@@ -167,16 +167,9 @@ fn check(case: &Case, tally: &mut Tally) -> Result<(), String> {
     tally.alone += usize::from(certificate.is_alone);
     if q.len() <= 3 && (is_unique || certificate.is_alone) {
         // The bounds on the error are around the pair that was given, and may reach further.
-        let inside = |x: &&Vec<BigRational>| {
-            x.iter().enumerate().all(|(j, x)| {
-                let parts = [x, &-x].map(|part| part.max(&BigRational::zero()).clone());
-                certificate.interval(j).iter().zip(parts).all(|([lower, upper], part)| {
-                    exact(*lower) <= part && (upper.is_infinite() || part <= exact(*upper))
-                })
-            })
-        };
+        let inside = |x: &&Vec<BigRational>| is_unique || is_within(&certificate, x);
         let everywhere = solutions(a, b, q);
-        let within: Vec<_> = everywhere.iter().filter(|x| is_unique || inside(x)).collect();
+        let within: Vec<_> = everywhere.iter().filter(inside).collect();
         if within.len() > 1 {
             return Err(format!("{} solutions within {certificate:?}", within.len()));
         }
@@ -362,19 +355,9 @@ fn all_problems_of_a_range_have_a_solution_in_it() {
         let found = certify_range(a, b, q, [&zero, &zero], &mut Clock::endless()).unwrap();
         let Ok(found) = found else { return };
         proved += 1;
-        let within = |x: &Vec<BigRational>| {
-            (0..x.len()).all(|j| {
-                let [[z, up], [r, down]] = found.interval(j);
-                let [l, u] = [
-                    if r > 0.0 || z == 0.0 { -down } else { z },
-                    if z > 0.0 || r == 0.0 { up } else { -r },
-                ];
-                exact(l) <= x[j] && x[j] <= exact(u)
-            })
-        };
         for ([a, b], q) in ends.iter().chain(&worst).chain([&inside]) {
-            let all = solutions(a, b, q);
-            assert!(all.iter().any(within), "{a} {b} {q:?}: none in {found:?}");
+            let holds = solutions(a, b, q).iter().any(|x| is_within(&found, x));
+            assert!(holds, "{a} {b} {q:?}: none in {found:?}");
         }
         // The worst upwards is at the upper end of each unknown, the other one at the lower.
         let [up, down] = worst.each_ref().map(|([a, b], q)| solutions(a, b, q));

@@ -1,5 +1,6 @@
-//! Linear systems in exact arithmetic.
+//! Linear systems and certificates in exact arithmetic.
 
+use hlcp_verify::Certificate;
 use nalgebra::DMatrix;
 use num_rational::BigRational;
 use num_traits::{One, Zero};
@@ -40,6 +41,16 @@ pub(crate) fn eliminated(rows: Vec<Vec<BigRational>>) -> Option<(Vec<BigRational
     }
     let x = rows.into_iter().map(|row| BigRational::new(row[n].clone(), last.clone())).collect();
     Some((x, last.into()))
+}
+
+/// Whether `x`, a solution as `z − r`, lies within the intervals of a certificate.
+pub(crate) fn is_within(certificate: &Certificate, x: &[BigRational]) -> bool {
+    x.iter().enumerate().all(|(j, x)| {
+        let parts = [x, &-x].map(|part| part.max(&BigRational::zero()).clone());
+        certificate.interval(j).iter().zip(parts).all(|([lower, upper], part)| {
+            exact(*lower) <= part && (upper.is_infinite() || part <= exact(*upper))
+        })
+    })
 }
 
 /// The `y` that solves HLCP(A, B, q) with `zᵢ = yᵢ` where `in_z` and `rᵢ = yᵢ` elsewhere, whatever
