@@ -10,8 +10,6 @@
 //! Where `l` and `u` come from does not matter. Here they solve HLCP(A, B, q ∓ g) for a small
 //! `g > 0`, by the method at hand.
 
-use std::fmt;
-
 use hlcp_core::{Aor, Csr, Diagonal, Hlcp, LinearOperator, Omega, Rhs, Rows, Scalar};
 use hlcp_methods::{AmgNewton, Clock, Method, Mms};
 
@@ -36,36 +34,27 @@ use crate::{
 /// assert!(refusal.to_string().starts_with("no box"));
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Refusal {
     /// A diagonal entry of `A` or `B` is not positive and finite.
+    #[error("a diagonal entry of A or B is not positive and finite")]
     Diagonal,
     /// An entry off the diagonal of `A` or `B` may be positive.
+    #[error("an entry off the diagonal of A or B may be positive")]
     OffDiagonal,
     /// No box near the answer could be proved to hold a solution.
+    #[error(
+        "no box near the answer was found that must hold a solution; a smaller residual may show \
+         one"
+    )]
     NoBox,
     /// A number overflowed, or an entry of `A` or `B` is not finite.
+    #[error("a number overflowed, or an entry is not finite")]
     Overflow,
     /// The clock was up before anything was proved.
+    #[error("the time limit was reached")]
     TimeLimit,
-}
-
-impl std::error::Error for Refusal {}
-
-impl fmt::Display for Refusal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Diagonal => "a diagonal entry of A or B is not positive and finite",
-            Self::OffDiagonal => "an entry off the diagonal of A or B may be positive",
-            Self::NoBox => {
-                "no box near the answer was found that must hold a solution; a smaller residual \
-                 may show one"
-            }
-            Self::Overflow => "a number overflowed, or an entry is not finite",
-            Self::TimeLimit => "the time limit was reached",
-        })
-    }
 }
 
 /// The part of its first residual at which an iteration ends: of one towards the answer, and of one
