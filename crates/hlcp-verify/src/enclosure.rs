@@ -81,7 +81,6 @@ fn run<T: Scalar, M: Method<T>>(
     q: &[T],
     x: &mut Vec<T>,
     [part, floor]: [f64; 2],
-    spare: &mut [Vec<T>; 2],
     clock: &mut Clock<'_>,
 ) -> Option<f64> {
     /// Iterations that may bring nothing, beside a quarter of all: near the rounding, and where
@@ -90,7 +89,7 @@ fn run<T: Scalar, M: Method<T>>(
     /// How far from the floor rounding is not met yet.
     const FAR: f64 = 1e4;
     let q = Rhs::new(q).ok()?;
-    let [y, spare] = spare;
+    let [mut y, mut spare] = [x.clone(), x.clone()];
     let (mut goal, mut best, mut improved) = (f64::NAN, f64::INFINITY, 0);
     let mut ends = |k: usize, residual: f64, gain: f64| {
         if k == 0 {
@@ -109,12 +108,12 @@ fn run<T: Scalar, M: Method<T>>(
         if let Some(known) = known.filter(|&known| ends(k, known, 0.7)) {
             return Some(known);
         }
-        let norms = method.step(&q, x, y, clock);
+        let norms = method.step(&q, x, &mut y, clock);
         if clock.is_up() || !norms.linf.is_finite() {
             return None;
         }
-        method.complete(&q, y, spare);
-        std::mem::swap(x, y);
+        method.complete(&q, &mut y, &mut spare);
+        std::mem::swap(x, &mut y);
         if known.is_none() && ends(k, norms.linf, 0.999) {
             return Some(norms.linf);
         }
@@ -137,43 +136,35 @@ pub(crate) fn by_method<T: Scalar, M: Method<T, A: Rows<T>, B: Rows<T>>>(
     fine: bool,
     clock: &mut Clock<'_>,
 ) -> Option<([Vec<f64>; 2], bool)> {
-    let mut spare = [given.to_vec(), given.to_vec()];
     let mut centre = given.to_vec();
     let problem = method.problem();
     // In rows that dominate, steps of this shape raise every entry of F.
-    let half = problem.gamma() / (T::one() + T::one());
     let pivot = |i| {
         let (a, b) = (problem.a().diagonal_entry(i), problem.b().diagonal_entry(i));
         a.min(b * problem.omega().entry(i))
     };
-    let mut shape: Vec<T> = (0..given.len()).map(|i| T::of(2.0) * half / pivot(i)).collect();
-    let (mut found, mut finer, mut is_narrow) = (None, None, false);
-    let mut search = Search::default();
+    let mut shape: Vec<T> = (0..given.len()).map(|i| problem.gamma() / pivot(i)).collect();
+    let (mut finer, mut is_narrow) = (None, false);
+    let mut search = Search::new(CENTRE);
     let floor = rounding(problem, q, given);
     for _ in 0..BOXES {
-        let rest = run(method, q, &mut centre, [search.part, floor], &mut spare, clock);
+        let rest = run(method, q, &mut centre, [search.part, floor], clock);
         let Some(rest) = rest.map(|rest| rest.max(floor)) else { break };
-        let Some(sides) = around(method, q, &centre, [rest, floor], &mut shape, &mut spare, clock)
-        else {
-            break;
-        };
+        let sides = around(method, q, &centre, [rest, floor], &mut shape, clock);
+        let Some(sides) = sides else { break };
         let near = if fine { given } else { &centre };
-        let goes_on = search.see([rest, floor], wide(&sides[0]), wide(&sides[1]), wide(near));
-        if search.is_better {
-            found = Some(sides);
-        }
-        if !goes_on {
+        if !search.see([rest, floor], sides, near) {
             let is_at_floor = rest <= 1.5 * floor;
             if fine && is_at_floor && !search.is_narrow {
                 let reach = T::of(4.0 * search.width);
-                finer = refined(method, q, (&centre, reach), &shape, &mut spare, clock);
+                finer = refined(method, q, (&centre, reach), &shape, clock);
             }
             is_narrow = search.is_narrow || is_at_floor;
             break;
         }
     }
     let problem = method.problem();
-    let plain = || found.map(|sides| sides.map(|side| difference(problem, &side)));
+    let plain = || search.best.map(|sides| sides.map(|side| difference(problem, &side)));
     finer.or_else(plain).map(|sides| (sides, is_narrow))
 }
 
@@ -188,7 +179,6 @@ fn refined<T: Scalar, M: Method<T, A: Rows<T>, B: Rows<T>>>(
     q: &[T],
     (centre, reach): (&[T], T),
     shape: &[T],
-    spare: &mut [Vec<T>; 2],
     clock: &mut Clock<'_>,
 ) -> Option<[Vec<f64>; 2]> {
     let problem = method.problem();
@@ -202,7 +192,7 @@ fn refined<T: Scalar, M: Method<T, A: Rows<T>, B: Rows<T>>>(
     let moved: Vec<T> = q.iter().enumerate().map(at).collect();
     let mut x = cut;
     let floor = rounding(problem, &moved, &x);
-    let rest = run(method, &moved, &mut x, [1e-3, floor], spare, clock)?;
+    let rest = run(method, &moved, &mut x, [1e-3, floor], clock)?;
     let (problem, level) = (method.problem(), T::of((3.0 * rest).max(1e-290)));
     let side = |way: f64| {
         let at: Vec<T> = x.iter().zip(shape).map(|(&x, &s)| x + T::of(way) * level * s).collect();
@@ -253,45 +243,35 @@ fn rounding<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>, q: &[T],
     (T::epsilon().wide() * largest).max(1e-290)
 }
 
-fn wide<T: Scalar>(v: &[T]) -> impl Iterator<Item = f64> + '_ {
-    v.iter().map(|v| v.wide())
-}
-
 /// The boxes so far, each around an iterate of a smaller residual.
-struct Search {
+struct Search<T> {
     /// The part of its first residual at which the next iteration ends.
     part: f64,
+    /// The last box that was better than those before.
+    best: Option<[Vec<T>; 2]>,
     rest: f64,
     width: f64,
     open: usize,
-    /// True if the last box is better than those before, and if it tells the error.
-    is_better: bool,
+    /// True if the last box tells the error.
     is_narrow: bool,
 }
 
-impl Default for Search {
-    fn default() -> Self {
+impl<T: Scalar> Search<T> {
+    fn new(part: f64) -> Self {
         let (rest, width) = (f64::INFINITY, f64::INFINITY);
-        Self { part: CENTRE, rest, width, open: usize::MAX, is_better: false, is_narrow: false }
+        Self { part, best: None, rest, width, open: usize::MAX, is_narrow: false }
     }
-}
 
-impl Search {
-    /// Looks at the box between `lower` and `upper`, which comes from a residual of `rest`; whether
-    /// a narrower one says more: of the error of `given`, or of sides that are open.
-    fn see(
-        &mut self,
-        [rest, floor]: [f64; 2],
-        lower: impl Iterator<Item = f64>,
-        upper: impl Iterator<Item = f64>,
-        given: impl Iterator<Item = f64>,
-    ) -> bool {
+    /// Takes the next box, which comes from a residual of `rest`; whether a narrower one says more:
+    /// of the error of `given`, or of sides that are open.
+    fn see(&mut self, [rest, floor]: [f64; 2], sides: [Vec<T>; 2], given: &[T]) -> bool {
         /// Of the largest unknown: what rounding may make of it in a few operations.
         const ROUNDING: f64 = 64.0 * f64::EPSILON;
         // Of z and of r.
         let [mut widths, mut ways, mut sizes] = [[0.0_f64; 2]; 3];
         let mut open = 0;
-        for ((l, u), x) in lower.zip(upper).zip(given) {
+        for ((l, u), x) in sides[0].iter().zip(&sides[1]).zip(given) {
+            let [l, u, x] = [l, u, x].map(|v| v.wide());
             let side = usize::from(l + u < 0.0);
             widths[side] = widths[side].max(u - l);
             ways[side] = ways[side].max(l - x).max(x - u);
@@ -299,15 +279,18 @@ impl Search {
             open += usize::from(l < 0.0 && u > 0.0);
         }
         let width = widths[0].max(widths[1]);
-        self.is_better = width < self.width;
+        let is_better = width < self.width;
         let excess = |k: usize| widths[k] / ways[k].max(ROUNDING * sizes[k]).max(f64::MIN_POSITIVE);
         let excess = excess(0).max(excess(1));
         let settles = open > 0 && open < self.open;
         self.is_narrow = excess <= NARROW;
-        let gains = self.is_better && rest < 0.5 * self.rest && rest > 1.5 * floor;
+        let gains = is_better && rest < 0.5 * self.rest && rest > 1.5 * floor;
         let goes_on = gains && (settles || !self.is_narrow);
         self.part = (0.5 * NARROW / excess).clamp(1e-6, if settles { 0.01 } else { CENTRE });
         (self.rest, self.width, self.open) = (rest, width, open);
+        if is_better {
+            self.best = Some(sides);
+        }
         goes_on
     }
 }
@@ -322,7 +305,6 @@ fn around<T: Scalar, M: Method<T>>(
     centre: &[T],
     [rest, floor]: [f64; 2],
     shape: &mut [T],
-    spare: &mut [Vec<T>; 2],
     clock: &mut Clock<'_>,
 ) -> Option<[Vec<T>; 2]> {
     /// How far F is raised over the residual: above 0 with what an iteration towards a side leaves.
@@ -339,7 +321,7 @@ fn around<T: Scalar, M: Method<T>>(
             let shift = T::of(sign * way * level);
             let shifted: Vec<T> = q.iter().map(|&q| q - shift).collect();
             x.copy_from_slice(centre);
-            run(method, &shifted, &mut x, [SIDE, floor], spare, clock)?;
+            run(method, &shifted, &mut x, [SIDE, floor], clock)?;
             for (s, (&x, &centre)) in shape.iter_mut().zip(x.iter().zip(centre)) {
                 *s = (x - centre) / T::of(way * level);
             }
@@ -445,12 +427,11 @@ impl Assembled {
         clock: &mut Clock<'_>,
     ) -> Option<[Vec<f64>; 2]> {
         let Self { a, b, q, omega } = self;
-        let mut spare = [x.clone(), x.clone()];
-        let (mut found, mut search) = (None, Search { part: 0.01, ..Search::default() });
+        let mut search = Search::new(0.01);
         let given = difference(method.problem(), &x);
         let floor = rounding(method.problem(), q, &x);
         for _ in 0..BOXES {
-            let rest = run(method, q, &mut x, [search.part, floor], &mut spare, clock);
+            let rest = run(method, q, &mut x, [search.part, floor], clock);
             let Some(rest) = rest.map(|rest| rest.max(floor)) else { break };
             let centre = difference(method.problem(), &x);
             let mut open = vec![false; q.len()];
@@ -473,24 +454,20 @@ impl Assembled {
                     sides = Some(around);
                     break;
                 }
-                let before = open.iter().filter(|open| **open).count();
+                let before = open.clone();
                 for (open, (x, e)) in open.iter_mut().zip(centre.iter().zip(&e)) {
                     *open |= x.abs() <= *e;
                 }
-                if open.iter().filter(|open| **open).count() == before {
+                if open == before {
                     break;
                 }
             }
             let Some(sides) = sides else { break };
-            let goes_on = search.see([rest, floor], wide(&sides[0]), wide(&sides[1]), wide(&given));
-            if search.is_better {
-                found = Some(sides);
-            }
-            if !goes_on {
+            if !search.see([rest, floor], sides, &given) {
                 break;
             }
         }
-        found
+        search.best
     }
 }
 
