@@ -66,18 +66,11 @@ pub(crate) struct Steps<'a, T, A, B> {
     pub(crate) steps: &'a [Aor<T>],
 }
 
-/// Where an entry of one step's matrices stands.
-struct Entry {
-    column: usize,
-    /// Not less than the moduli of the entries that multiply `x⁺` or `|x⁺|`.
-    new: f64,
-    /// Not less than the moduli of the entries that multiply `x` or `|x|`.
-    old: f64,
-}
-
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Steps<'_, T, A, B> {
-    /// Not more than `|mᵢᵢ|`, and the rest of row `i` of step `k`.
-    fn entries(&self, k: usize, i: usize, mut each: impl FnMut(Entry)) -> f64 {
+    /// Returns not more than `|mᵢᵢ|` in step `k`, and calls `each` with the columns of row `i` and
+    /// two sums, not less than the moduli of the entries there: of those that multiply `x⁺` or
+    /// `|x⁺|`, and of those that multiply `x` or `|x|`.
+    fn entries(&self, k: usize, i: usize, mut each: impl FnMut(usize, [f64; 2])) -> f64 {
         let step = &self.steps[k];
         let pairs = step.pairs().map(|pair| pair.map(T::wide));
         let mut row = vec![];
@@ -100,15 +93,15 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Steps<'_, T, A, B> {
             } else {
                 (Interval::exactly(0.0), b_omega.plus(Interval::exactly(a)))
             };
-            let [new, old] = match (passed, step.is_accelerated()) {
+            if column == i {
+                pivot = m.mignitude();
+            }
+            let sums = match (passed, step.is_accelerated()) {
                 (false, _) => [0.0, with_modulus(n)],
                 (true, false) => [m.magnitude(), with_modulus(n)],
                 (true, true) => [with_modulus(m), n.magnitude()],
             };
-            if column == i {
-                pivot = m.mignitude();
-            }
-            each(Entry { column, new, old });
+            each(column, sums);
         }
         pivot
     }
@@ -120,9 +113,9 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Steps<'_, T, A, B> {
             let mut largest = 0.0_f64;
             for (i, &weight) in d.iter().enumerate() {
                 let (mut new, mut old) = (Doubled::default(), Doubled::default());
-                let pivot = self.entries(k, i, |entry| {
-                    new.add(-entry.new, d[entry.column]);
-                    old.add(entry.old, d[entry.column]);
+                let pivot = self.entries(k, i, |j, [of_new, of_old]| {
+                    new.add(-of_new, d[j]);
+                    old.add(of_old, d[j]);
                 });
                 new.add(pivot, weight);
                 let ratio = div_up(old.interval().upper, new.interval().lower);
@@ -191,6 +184,6 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Comparison for Steps<'_, T, A, B> {
 
     fn row(&self, k: usize, i: usize, g: &mut Vec<(usize, f64)>) -> f64 {
         g.clear();
-        self.entries(k, i, |entry| g.push((entry.column, (entry.new + entry.old).next_up())))
+        self.entries(k, i, |j, [new, old]| g.push((j, (new + old).next_up())))
     }
 }
