@@ -119,12 +119,12 @@ impl Film {
         assert_lengths(self.gap.len(), [("z", z.len()), ("r", r.len())]);
         let frame = self.frame();
         let (nx, area, unit) = (self.nx, self.cell(), frame.pressure);
-        let ([mut load, mut power], mut broken) = ([0.0; 2], 0_usize);
+        let [mut load, mut power] = [0.0; 2];
         let (mut moments, mut friction, mut void) = ([0.0; 2], [0.0; 2], 0.0);
         let slip = self.speeds[0] - self.speeds[1];
-        let mut peak = 0.0_f64;
-        // Of each circle the most that goes round, and whether it is broken.
-        let mut circles = vec![(0.0_f64, false); self.ny];
+        let mut peak = z.iter().fold(0.0, |peak: f64, z| peak.max(unit * z));
+        // Of each circle the most that goes round.
+        let mut circles = vec![0.0_f64; self.ny];
         let (mut enters, mut full) = (0.0, 0.0_f64);
         for k in 0..z.len() {
             let p = (self.cavitation - ambient + unit * z[k]) * area;
@@ -134,11 +134,6 @@ impl Film {
             let shear = self.viscosity(k) * slip / self.gap[k] * area;
             friction.iter_mut().for_each(|friction| *friction += shear * (1.0 - r[k]));
             void += shear * r[k];
-            peak = peak.max(unit * z[k]);
-            broken += usize::from(r[k] > WHOLE);
-            if r[k] > 0.0 {
-                circles[k / nx].1 = true;
-            }
         }
         let ([mut sides, mut leaks], mut supplies) =
             ([[0.0; 4]; 2], vec![0.0; self.supplies.len()]);
@@ -157,8 +152,7 @@ impl Film {
                     }
                 }
                 Gate::Between([low, _]) if axis == 0 => {
-                    let (round, _) = &mut circles[low / nx];
-                    *round = round.max(flow.abs());
+                    circles[low / nx] = circles[low / nx].max(flow.abs());
                     full = full.max(passage.carried.abs());
                 }
                 Gate::Between(_) => {}
@@ -181,7 +175,8 @@ impl Film {
                 }
             }
         });
-        let round: f64 = circles.iter().filter(|(_, broken)| *broken).map(|(round, _)| round).sum();
+        let broken = r.chunks(nx).map(|circle| circle.iter().any(|&r| r > 0.0));
+        let round: f64 = circles.iter().zip(broken).filter(|of| of.1).map(|of| of.0).sum();
         power += friction[0] * self.speeds[0] - friction[1] * self.speeds[1];
         let stored = self.step.as_ref().map_or(0.0, |TimeStep { duration, oil }| {
             let gained = |k: usize| (1.0 - r[k]) * self.gap[k] - oil[k];
@@ -203,7 +198,7 @@ impl Film {
             stored,
             peak: self.cavitation + peak,
             least_gap: self.least_gap(),
-            broken_share: broken as f64 / z.len() as f64,
+            broken_share: r.iter().filter(|&&r| r > WHOLE).count() as f64 / z.len() as f64,
             least_content: r.iter().fold(f64::INFINITY, |least, r| least.min(1.0 - r)),
             // Of a dry film rounding goes round.
             feed: if self.is_ring() && round > 1e-9 * full {
