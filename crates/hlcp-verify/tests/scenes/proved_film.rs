@@ -165,13 +165,9 @@ impl Figures {
                 if is_last && around && count == 1 {
                     continue;
                 }
-                let neighbour = match (is_last, on) {
-                    (true, _) if !around => None,
-                    (true, true) => Some(k - (count - 1) * stride),
-                    (true, false) => Some(k + (count - 1) * stride),
-                    (false, true) => Some(k + stride),
-                    (false, false) => Some(k - stride),
-                };
+                let way = if is_last { (count - 1) * stride } else { stride };
+                let next = if on == is_last { k - way } else { k + way };
+                let neighbour = (!is_last || around).then_some(next);
                 let face = if axis == 0 && neighbour.is_some() {
                     groove(if on { (at + 1) % count } else { at })
                 } else {
