@@ -14,7 +14,7 @@ use std::f64::consts::{PI, TAU};
 
 mod brought;
 
-use hlcp_core::{Diagonal, FivePoint, Identity, LinearOperator, Rows, Scalar, Varying};
+use hlcp_core::{Diagonal, FivePoint, Identity, LinearOperator, Rows, Scalar};
 use nalgebra_sparse::{CooMatrix, CsrMatrix};
 
 /// The families, in the order of a report. A seed stands for another problem of a family once that
@@ -78,7 +78,8 @@ pub struct Drawn {
 
 #[derive(Debug, Clone)]
 enum Operator {
-    Grid(FivePoint<Varying<f64>>),
+    /// The sides of a grid, and the stencil of each point.
+    Grid([usize; 2], Stencils),
     Rows(CsrMatrix<f64>),
     Identity(usize),
 }
@@ -86,12 +87,9 @@ enum Operator {
 impl Operator {
     fn times<T: Scalar>(&self, factor: f64) -> Box<dyn Rows<T>> {
         match self {
-            Self::Grid(grid) => {
-                let view = grid.as_five_point().expect("a five-point operator");
-                let [nx, ny] = view.grid().expect("with a grid");
-                let c = view.coefficients();
-                let row = |i, j| c.map(|c| T::of(factor * c.entry(j * nx + i)));
-                Box::new(FivePoint::from_fn(nx, ny, row).expect("finite numbers"))
+            Self::Grid([nx, ny], stencils) => {
+                let row = |i: usize, j: usize| stencils[j * nx + i].map(|a| T::of(factor * a));
+                Box::new(FivePoint::from_fn(*nx, *ny, row).expect("finite numbers"))
             }
             Self::Rows(rows) => {
                 let values = rows.values().iter().map(|a| T::of(factor * a)).collect();
@@ -103,12 +101,10 @@ impl Operator {
     }
 
     fn rows(&self) -> CsrMatrix<f64> {
-        let of: &dyn Rows<f64> = match self {
-            Self::Rows(matrix) => return matrix.clone(),
-            Self::Grid(grid) => grid,
-            Self::Identity(order) => &Identity { order: *order },
-        };
-        let mut entries = vec![];
+        if let Self::Rows(matrix) = self {
+            return matrix.clone();
+        }
+        let (of, mut entries) = (self.times::<f64>(1.0), vec![]);
         (0..of.order()).for_each(|i| of.visit_row(i, &mut |j, a| entries.push((i, j, a))));
         rows(of.order(), entries)
     }
@@ -291,11 +287,10 @@ impl Plane {
         })
     }
 
-    fn operator(&self, stencils: &Stencils) -> Operator {
+    fn operator(&self, stencils: Stencils) -> Operator {
         let [nx, ny] = self.cells();
         if !self.closed {
-            let grid = FivePoint::from_fn(nx, ny, |i, j| stencils[j * nx + i]);
-            return Operator::Grid(grid.expect("finite coefficients"));
+            return Operator::Grid([nx, ny], stencils);
         }
         let entries =
             stencils.iter().enumerate().flat_map(|(k, &[south, west, centre, east, north])| {
@@ -323,7 +318,7 @@ impl Plane {
             b.iter().sum::<f64>() + ambient * outside.sum::<f64>()
         });
         let q = q.collect();
-        (self.operator(&a), self.operator(&b), q)
+        (self.operator(a), self.operator(b), q)
     }
 }
 
@@ -433,7 +428,7 @@ fn contact(random: &mut Random, family: &str) -> (Problem, String) {
             a.iter_mut().zip(&carried).for_each(|(a, b)| (0..5).for_each(|k| a[k] += b[k]));
             ("wind in A", Operator::Identity(nx * ny))
         }
-        ("wind" | "jumps", 1) => ("wind in B", plane.operator(&carried)),
+        ("wind" | "jumps", 1) => ("wind in B", plane.operator(carried)),
         _ => ("no wind", Operator::Identity(nx * ny)),
     };
     let about = format!(
@@ -442,7 +437,7 @@ fn contact(random: &mut Random, family: &str) -> (Problem, String) {
         growth[0].exp(),
         growth[1].exp()
     );
-    ((plane.operator(&a), b, q), about)
+    ((plane.operator(a), b, q), about)
 }
 
 /// A contact in space, seven-point: an LCP, or with transport in `B`; with and without jumps.

@@ -49,7 +49,7 @@ pub(super) fn plate(random: &mut Random) -> (Problem, String) {
     let sides @ [nx, ny] = plane(random).map(|side| side.min(200));
     let on = Plane::new(sides, ny as f64 / nx as f64, [0.0; 2], false);
     let scale = 1.0 / nx as f64;
-    let laplacian = on.operator(&on.conduction(|_, _| 1.0)).rows();
+    let laplacian = on.operator(on.conduction(|_, _| 1.0)).rows();
     let a = &laplacian * &laplacian;
     let q = load(random, sides, scale.powi(4));
     ((Operator::Rows(a), Operator::Identity(nx * ny), q), format!("{nx} x {ny} points"))
@@ -166,7 +166,7 @@ pub(super) fn swirl(random: &mut Random) -> (Problem, String) {
     a.iter_mut().zip(&carried).for_each(|(a, b)| (0..5).for_each(|k| a[k] += b[k]));
     let q = load(random, sides, 10.0 / (nx * ny) as f64);
     let about = format!("{nx} x {ny} points, {rounds} circles, wind {strength:.1e}");
-    ((on.operator(&a), Operator::Identity(nx * ny), q), about)
+    ((on.operator(a), Operator::Identity(nx * ny), q), about)
 }
 
 /// Layers of ground whose conductivities are 10⁻⁴ to 1, with water that sinks in `B`.
@@ -233,9 +233,9 @@ pub(super) fn stripes(random: &mut Random) -> (Problem, String) {
     let grid = |stencil: [f64; 5]| (0..nx * ny).map(|_| stencil).collect::<Vec<_>>();
     let on = Plane::new([nx, ny], 1.0, [0.0; 2], false);
     let (turn, lines) = (random.log(2e-3, 2.0), random.chance(0.5));
-    let a = on.operator(&grid([-1.0, -1.0, 4.0, -1.0, -1.0]));
+    let a = on.operator(grid([-1.0, -1.0, 4.0, -1.0, -1.0]));
     let b = if lines {
-        on.operator(&grid([0.0, -1.0, 4.0, -1.0, 0.0]))
+        on.operator(grid([0.0, -1.0, 4.0, -1.0, 0.0]))
     } else {
         Operator::Identity(nx * ny)
     };
