@@ -4,26 +4,17 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// The AOR splitting `M = (D − β L)/α`, `N = M − A` of equation (4); with `U` for `L` when
-/// `backward`.
+/// The AOR splitting `M = (D − β L)/α`, `N = M − A` of `A = D − L − U`, equation (4); with `U` for
+/// `L` when `backward`.
 fn aor_splitting(
     matrix: &DMatrix<f64>,
     [alpha, beta]: [f64; 2],
     backward: bool,
 ) -> [DMatrix<f64>; 2] {
-    let (d, l, u) = parts(matrix);
-    let m = (d - if backward { u } else { l } * beta) / alpha;
+    let d = DMatrix::from_diagonal(&matrix.diagonal());
+    let l = &d - if backward { matrix.upper_triangle() } else { matrix.lower_triangle() };
+    let m = (d - l * beta) / alpha;
     [m.clone(), m - matrix]
-}
-
-/// `(D, L, U)` with `A = D − L − U`.
-fn parts(matrix: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>, DMatrix<f64>) {
-    let part = |sign: f64, keep: fn(usize, usize) -> bool| {
-        DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
-            if keep(i, j) { sign * matrix[(i, j)] } else { 0.0 }
-        })
-    };
-    (part(1.0, |i, j| i == j), part(-1.0, |i, j| i > j), part(-1.0, |i, j| i < j))
 }
 
 /// A dense HLCP in modulus form: matrices of order `n` and vectors of length `n`, which is not
