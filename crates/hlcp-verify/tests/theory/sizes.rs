@@ -5,8 +5,8 @@
 //! and its edge can be approached; inequalities with inverses are checked by substitution with the
 //! triangular comparison matrices.
 
-use crate::common::{Lists, parts};
-use hlcp_core::{Aor, FivePoint, Hlcp, Omega, Rhs, Rows, Step};
+use crate::common::{Lists, parts, planted_q};
+use hlcp_core::{Aor, Diagonal, FivePoint, Hlcp, Omega, Rhs, Rows, Step};
 use hlcp_methods::{BoxedMethod, Clock, Limits, Method, Mms, Options, Solver, Tmms};
 use hlcp_verify::{
     Contraction, Convergence, Proof, alpha_bound,
@@ -20,9 +20,8 @@ use proptest::{collection::vec, prelude::*};
 #[derive(Debug, Clone)]
 struct Pair {
     grid: Option<[usize; 2]>,
-    columns: Vec<Vec<usize>>,
-    a: Vec<Vec<f64>>,
-    b: Vec<Vec<f64>>,
+    a: Lists<f64>,
+    b: Lists<f64>,
     omega: Vec<f64>,
     gamma: f64,
     signed: Vec<f64>,
@@ -60,14 +59,15 @@ fn pairs(kind: Kind, edge: f64) -> impl Strategy<Value = Pair> {
         );
         numbers.prop_map(move |(of_a, of_b, free, signed): Numbers| {
             let d: Vec<f64> = free[..n].iter().map(|f| f.exp2()).collect();
-            let columns: Vec<Vec<usize>> = (0..n).map(|k| neighbours(k, nx, ny, on_grid)).collect();
+            let omega: Vec<f64> = free[2 * n..].iter().map(|f| f.exp2()).collect();
+            let beyond = if kind == Kind::Theorem2 { 1.0 - 1e-12 } else { 1.0 };
             let (mut a, mut b, mut gaps) = (vec![], vec![], vec![]);
-            // B Ω first, B when Ω is known.
-            for (i, columns) in columns.iter().enumerate() {
+            for i in 0..n {
                 let (mut row_a, mut row_b, mut sum) = (vec![], vec![], 0.0);
-                for (k, &j) in columns.iter().enumerate() {
+                let columns = neighbours(i, nx, ny, on_grid).into_iter().enumerate();
+                for (k, j) in columns.filter(|(_, j)| *j != i) {
                     // No row of A without any entry beside the diagonal: then no bound is closed.
-                    let first = columns.iter().position(|&j| j != i) == Some(k);
+                    let first = row_a.is_empty();
                     let kept =
                         |s: f64| if s.abs() < 0.1 { if first { 0.3 } else { 0.0 } } else { s };
                     let [x, y] = [of_a[4 * i + k], of_b[4 * i + k]].map(kept);
@@ -75,9 +75,9 @@ fn pairs(kind: Kind, edge: f64) -> impl Strategy<Value = Pair> {
                         Kind::Relaxed => y,
                         _ => x * (0.5 + y).clamp(0.0, 1.0 - 1e-12),
                     };
-                    row_a.push(if j == i { 0.0 } else { x });
-                    row_b.push(if j == i { 0.0 } else { y });
-                    sum += if j == i { 0.0 } else { x.abs().max(y.abs()) * d[j] };
+                    row_a.push((j, x));
+                    row_b.push((j, y / omega[j]));
+                    sum += x.abs().max(y.abs()) * d[j];
                 }
                 let least = sum / (edge * d[i]);
                 gaps.push((1.0 - edge) * least * d[i]);
@@ -86,20 +86,16 @@ fn pairs(kind: Kind, edge: f64) -> impl Strategy<Value = Pair> {
                 let larger =
                     least * if let Kind::Theorem1(low) = kind { 1.0 / low } else { 1.0 + delta };
                 let [on_a, on_b] = if swap { [larger, least] } else { [least, larger] };
-                row_a.push(on_a);
-                row_b.push(on_b);
-                a.push(row_a);
-                b.push(row_b);
-            }
-            let omega: Vec<f64> = free[2 * n..].iter().map(|f| f.exp2()).collect();
-            for (i, row) in b.iter_mut().enumerate() {
-                let (diagonal, off) = row.split_last_mut().unwrap();
-                *diagonal /= omega[i] * if kind == Kind::Theorem2 { 1.0 - 1e-12 } else { 1.0 };
-                off.iter_mut().zip(&columns[i]).for_each(|(b, &j)| *b /= omega[j]);
+                row_a.push((i, on_a));
+                row_b.push((i, on_b / (omega[i] * beyond)));
+                for (rows, mut row) in [(&mut a, row_a), (&mut b, row_b)] {
+                    row.sort_by_key(|(j, _)| *j);
+                    rows.push(row);
+                }
             }
             let grid = on_grid.then_some([nx, ny]);
             let bound = (2.0 + delta) / (1.0 + delta + edge);
-            Pair { grid, columns, a, b, omega, gamma, signed, d, gaps, bound }
+            Pair { grid, a: Lists(a), b: Lists(b), omega, gamma, signed, d, gaps, bound }
         })
     })
 }
@@ -134,8 +130,13 @@ impl Pair {
 
     /// The entries of row `i` off the diagonal: column, `A`, `B`.
     fn off(&self, i: usize) -> impl Iterator<Item = (usize, f64, f64)> {
-        let entries = self.columns[i].iter().zip(&self.a[i]).zip(&self.b[i]);
-        entries.filter(move |((j, _), _)| **j != i).map(|((&j, &a), &b)| (j, a, b))
+        let entries = self.a.0[i].iter().zip(&self.b.0[i]);
+        entries.filter(move |((j, _), _)| *j != i).map(|(&(j, a), &(_, b))| (j, a, b))
+    }
+
+    /// The diagonal entries of row `i`, of `A` and of `BΩ`.
+    fn diagonals(&self, i: usize) -> [f64; 2] {
+        [self.a.diagonal_entry(i), self.b.diagonal_entry(i) * self.omega[i]]
     }
 
     fn solution(&self) -> [Vec<f64>; 2] {
@@ -149,36 +150,19 @@ impl Pair {
 
     fn q(&self) -> Vec<f64> {
         let [z, r] = self.solution();
-        let row = |i: usize| {
-            let diagonal =
-                self.b[i][self.b[i].len() - 1] * r[i] - self.a[i][self.a[i].len() - 1] * z[i];
-            self.off(i).fold(diagonal, |sum, (j, a, b)| sum + b * r[j] - a * z[j])
-        };
-        (0..z.len()).map(row).collect()
+        planted_q(&self.a, &self.b, [&z, &r])
     }
 
     fn posed(&self) -> Posed {
-        let operator = |rows: &[Vec<f64>]| -> Box<dyn Rows<f64>> {
+        let operator = |lists: &Lists<f64>| -> Box<dyn Rows<f64>> {
             match self.grid {
-                Some([nx, ny]) => {
-                    Box::new(FivePoint::from_rows(nx, ny, &self.lists(rows)).unwrap())
-                }
-                None => Box::new(self.lists(rows)),
+                Some([nx, ny]) => Box::new(FivePoint::from_rows(nx, ny, lists).unwrap()),
+                None => Box::new(lists.clone()),
             }
         };
         let omega = Omega::Each(self.omega.clone());
         let problem = Hlcp::new(operator(&self.a), operator(&self.b), omega).unwrap();
         problem.with_gamma(self.gamma).unwrap()
-    }
-
-    fn lists(&self, rows: &[Vec<f64>]) -> Lists<f64> {
-        let row = |(i, row): (usize, &Vec<f64>)| {
-            let off = self.columns[i].iter().copied().zip(row.iter().copied());
-            let mut entries: Vec<_> = off.filter(|(j, _)| *j != i).chain([(i, row[4])]).collect();
-            entries.sort_by_key(|(j, _)| *j);
-            entries
-        };
-        Lists(rows.iter().enumerate().map(row).collect())
     }
 
     /// Not less than |x⁺ − x*| for |x − x*| = `e`: substitution in ⟨M⟩ y = (|N| + |BΩ − A|) e, of
@@ -190,8 +174,7 @@ impl Pair {
         let mut y = vec![0.0; n];
         for k in 0..n {
             let i = if backward { n - 1 - k } else { k };
-            let [a, w] = [&self.a, &self.b].map(|m| m[i][m[i].len() - 1]);
-            let w = w * self.omega[i];
+            let [a, w] = self.diagonals(i);
             let mut sum = ((1.0 / alpha - 1.0).abs() * (a + w) + (w - a).abs()) * e[i];
             for (j, a, b) in self.off(i) {
                 let w = b * self.omega[j];
@@ -418,7 +401,7 @@ proptest! {
     fn lemma_4_gives_the_witness(p in pairs(Kind::Theorem2, 0.96), near in prop_oneof![0.4..0.995, 1.005..1.5]) {
         let alpha: f64 = near * p.bound;
         let row = |i: usize, d: &[f64]| {
-            let [a, b] = [p.a[i][4], p.b[i][4] * p.omega[i]];
+            let [a, b] = p.diagonals(i);
             let bend = (1.0 - alpha).abs();
             let diagonal = ((1.0 + alpha - bend) * a + (1.0 - alpha - bend) * b) / alpha;
             p.off(i).fold(diagonal * d[i], |sum, (j, a, _)| sum - 2.0 * a.abs() * d[j])
