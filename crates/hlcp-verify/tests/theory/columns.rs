@@ -77,14 +77,13 @@ pub(crate) struct Exact {
 }
 
 impl Exact {
-    fn of(case: &Case) -> Self {
-        let n = case.q.len();
-        let of = |matrix: &DMatrix<f64>, omega: &dyn Fn(usize) -> f64| -> Vec<Vec<BigRational>> {
-            let row = |i| (0..n).map(|j| exact(matrix[(i, j)]) * exact(omega(j))).collect();
+    fn of([a, b]: [&DMatrix<f64>; 2], omega: &[f64], q: &[f64]) -> Self {
+        let n = q.len();
+        let of = |matrix: &DMatrix<f64>, omega: &[f64]| {
+            let row = |i| (0..n).map(|j| exact(matrix[(i, j)]) * exact(omega[j])).collect();
             (0..n).map(row).collect()
         };
-        let q = case.q.iter().map(|&q| exact(q)).collect();
-        Self { a: of(&case.a, &|_| 1.0), w: of(&case.b, &|j| case.omega[j]), q }
+        Self { a: of(a, &vec![1.0; n]), w: of(b, omega), q: rationals(q) }
     }
 
     /// (A + BΩ)x + (A − BΩ)|x| + q in row `i`.
@@ -158,8 +157,8 @@ fn rationals(numbers: &[f64]) -> Vec<BigRational> {
 fn steps_contract_the_sum() {
     let (mut below, mut proved) = (0, 0);
     let asked = for_all(2_000, &cases(), |case| {
-        let (of, v) = (Exact::of(&case), rationals(&case.v));
-        let mut x = rationals(&case.x);
+        let of = Exact::of([&case.a, &case.b], &case.omega, &case.q);
+        let (v, mut x) = (rationals(&case.v), rationals(&case.x));
         let first = x.clone();
         let mut all_below = true;
         for step in &case.steps {
@@ -197,7 +196,8 @@ fn steps_contract_the_sum() {
 fn exact_solves_contract_the_sum_in_any_order() {
     let mut below = 0;
     let asked = for_all(2_000, &cases(), |case| {
-        let (of, v, mut x) = (Exact::of(&case), rationals(&case.v), rationals(&case.x));
+        let of = Exact::of([&case.a, &case.b], &case.omega, &case.q);
+        let (v, mut x) = (rationals(&case.v), rationals(&case.x));
         let kappas = |j: usize| {
             // The factor of an exact solve has m = 2c.
             let [of_a, of_w] = [&of.a, &of.w].map(|c| rational(2) * &c[j][j]);
@@ -230,7 +230,8 @@ fn exact_solves_contract_the_sum_in_any_order() {
 fn the_factor_is_attained_and_the_sum_may_grow_without_the_hypotheses() {
     let [mut no_witness, mut large_alpha] = [0; 2];
     for_all(2_000, &cases(), |case| {
-        let (mut of, v, n) = (Exact::of(&case), rationals(&case.v), case.v.len());
+        let mut of = Exact::of([&case.a, &case.b], &case.omega, &case.q);
+        let (v, n) = (rationals(&case.v), case.v.len());
         let step = &case.steps[0];
         let last = (0..n).max_by_key(|&j| (0..n).filter(|&i| step.precedes(i, j)).count()).unwrap();
         let factors = of.factors(&v, &of.pivot(step, last), last);
@@ -263,24 +264,15 @@ fn the_factor_is_attained_and_the_sum_may_grow_without_the_hypotheses() {
 fn a_witness_for_each_is_not_enough() {
     // ⟨A⟩ᵀ(1, 6) and ⟨B⟩ᵀ(6, 1) are positive.
     let a = dmatrix![1.0, -4.0; -0.125, 1.0];
-    let case = Case {
-        b: a.transpose(),
-        a,
-        v: vec![],
-        omega: vec![1.0; 2],
-        steps: vec![Aor::gauss_seidel().accelerated()],
-        order: vec![],
-        x: vec![],
-        q: vec![5.0, -5.0],
-    };
-    let of = Exact::of(&case);
+    let (b, step) = (a.transpose(), Aor::gauss_seidel().accelerated());
+    let of = Exact::of([&a, &b], &[1.0; 2], &[5.0, -5.0]);
     // z = (0, 1), r = (1, 0), and z = (30, 8.75), r = 0.
     for x in [[-0.5, 0.5], [15.0, 4.375]] {
         let x = rationals(&x);
-        assert_eq!(of.step(&case.steps[0], &x), x);
+        assert_eq!(of.step(&step, &x), x);
     }
-    let problem = Hlcp::new(case.a, case.b, Omega::Uniform(1.0)).unwrap();
-    assert!(matches!(convergence(&problem, &case.steps), Convergence::NotProved(_)));
+    let problem = Hlcp::new(a, b, Omega::Uniform(1.0)).unwrap();
+    assert!(matches!(convergence(&problem, &[step]), Convergence::NotProved(_)));
 }
 
 /// Only SOR in AMMS and Jacobi's in MMS solve scalar equations: no other step is proved so.
