@@ -75,10 +75,11 @@ pub fn read_matrix<T: Scalar>(path: impl AsRef<Path>) -> Result<Csr<'static, T>,
     if entries > u32::MAX as usize / 2 {
         return Err(lines.fault(format!("{entries} entries are more than are read, 2³¹")));
     }
-    if entries < rows {
-        return Err(lines.fault(format!("{rows} rows have {entries} entries, but each needs one")));
+    let most = if symmetric { 2 * entries } else { entries };
+    if most < rows {
+        return Err(lines.fault(format!("{rows} rows have {most} entries, but each needs one")));
     }
-    let mut triplets = Vec::with_capacity(if symmetric { 2 * entries } else { entries });
+    let mut triplets = Vec::with_capacity(most);
     for k in 0..entries {
         let (i, j, value) = match lines.entry() {
             Some((i, j, value)) => (i, j, lines.finite(value)?),
@@ -167,6 +168,10 @@ pub fn read_vector<T: Scalar>(path: impl AsRef<Path>, order: usize) -> Result<Ve
     let (coordinate, plain) = match banner.split_whitespace().collect::<Vec<_>>()[..] {
         ["%%matrixmarket", "matrix", "array", "real" | "integer", "general"] => (false, false),
         ["%%matrixmarket", "matrix", "coordinate", "real" | "integer", "general"] => (true, false),
+        // A single number is a symmetric matrix, too, and SciPy says so.
+        ["%%matrixmarket", "matrix", "array", "real" | "integer", "symmetric"] if order == 1 => {
+            (false, false)
+        }
         [number] if !number.starts_with('%') => (false, true),
         _ => {
             return Err(lines.fault(format!(

@@ -102,6 +102,9 @@ fn what_a_matrix_may_look_like() {
     assert_eq!(read(general.trim_end()), expected);
     let symmetric = "%%matrixmarket MATRIX coordinate Integer symmetric\n2 2 3\n1 1 4\n2 1 -1\n2 2 3\n\n% end\n";
     assert_eq!(read(symmetric), expected);
+    // Half of the entries are stored, less than one for each row.
+    let exchange = "%%MatrixMarket matrix coordinate real symmetric\n2 2 1\n2 1 0.5\n";
+    assert_eq!(read(exchange), [(0, 1, 0.5), (1, 0, 0.5)]);
 
     for text in [
         "%%MatrixMarket matrix array real general\n3 1\n1\n0\n-2.0\n",
@@ -115,6 +118,9 @@ fn what_a_matrix_may_look_like() {
         let vector = market::read_vector::<f64>(&folder.write("q.mtx", text), 3).unwrap();
         assert_eq!(vector, [1.0, 0.0, -2.0], "{text}");
     }
+    let single = folder.write("q.mtx", "%%MatrixMarket matrix array real symmetric\n1 1\n2\n");
+    assert_eq!(market::read_vector::<f64>(&single, 1).unwrap(), [2.0]);
+    assert!(market::read_vector::<f64>(&single, 2).is_err());
 }
 
 const HEAD: &str = "%%MatrixMarket matrix coordinate real general\n";
