@@ -8,7 +8,7 @@ use hlcp_methods::{AdaptiveSor, Jacobian, Limits, Outcome, Solver};
 
 use super::{
     methods::tuned,
-    run::{Fallible, march, solve},
+    run::{Fallible, solve},
     table::Table,
 };
 use crate::{
@@ -90,7 +90,7 @@ fn amsor(problem: &Problem<f64>, alpha: f64) -> Fallible<Outcome> {
 /// Returns the α and the sweeps of `ADAPTIVE`, and its answer.
 fn adaptive(problem: &Problem<f64>) -> Fallible<(f64, usize, Vec<f64>)> {
     let mut solver = Solver::new(AdaptiveSor::new(problem.hlcp(1.0)?)?);
-    let outcome = march(problem, &mut solver, &limits(), true)?;
+    let (outcome, _) = problem.march(&mut solver, (&problem.start(), true), &limits(), None)?;
     outcome.ok().map_err(|error| format!("ADAPTIVE: {error}"))?;
     Ok((solver.method().alpha(), outcome.sweeps, solver.x().to_vec()))
 }

@@ -2,7 +2,6 @@
 //! their answers.
 
 use std::{
-    borrow::Cow,
     error::Error,
     time::{Duration, Instant},
 };
@@ -120,32 +119,8 @@ pub(crate) fn run<T: Scalar, M: Method<T>>(
 ) -> Result<Run, hlcp_core::Error> {
     let begin = Instant::now();
     let mut solver = Solver::new(make()?);
-    let outcome = march(problem, &mut solver, limits, true)?;
+    let (outcome, _) = problem.march(&mut solver, (&problem.start(), true), limits, None)?;
     Ok(Run::new(begin, outcome, &solver))
-}
-
-/// Solves the problems of a scene one after another until one does not converge, each from the
-/// answer before or from the first x; the limit on time is on all of them.
-pub(crate) fn march<T: Scalar, M: Method<T>>(
-    problem: &Problem<T>,
-    solver: &mut Solver<T, M>,
-    limits: &Limits,
-    warm: bool,
-) -> Result<Outcome, hlcp_core::Error> {
-    let (start, mut q) = (problem.start(), Cow::Borrowed(&problem.q[..]));
-    let mut outcome = solver.solve(&q, Options::from_x(&start).limits(*limits))?;
-    let (count, next) = &problem.march;
-    for k in 1..*count {
-        if !outcome.converged() {
-            break;
-        }
-        next(k, solver.z(), q.to_mut());
-        let time = limits.time.map(|time| time.saturating_sub(outcome.elapsed));
-        let options = if warm { Options::resume() } else { Options::from_x(&start) };
-        let limits = Limits { time, ..*limits };
-        outcome = outcome.then(solver.solve(&q, options.limits(limits))?);
-    }
-    Ok(outcome)
 }
 
 /// The limits of a solve to a tolerance relative to ‖q‖, and not to what rounding allows.

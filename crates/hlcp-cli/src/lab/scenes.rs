@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use clap::Args;
 use hlcp_methods::{Outcome, Status};
 
-use super::run::{Fallible, march};
+use super::run::Fallible;
 use crate::{chart::save, print, scenes::Scene};
 
 /// Print the scenes' published figures beside ours, and iteration counts
@@ -60,7 +60,8 @@ fn solved(method: &str, scene: &str, given: Given<'_>, warm: bool) -> Fallible<S
     let scene = Scene::of(scene);
     let problem = scene.pose(given)?;
     let mut solver = problem.solver(method)?;
-    let outcome = march(&problem, &mut solver, &scene.limits(), warm)?;
+    let start = (&problem.start()[..], warm);
+    let (outcome, _) = problem.march(&mut solver, start, &scene.limits(), None)?;
     Ok((outcome, (problem.figures)(solver.z(), solver.r()), problem.q.len()))
 }
 

@@ -22,7 +22,7 @@ use super::{
     methods::tuned,
     optimal_alpha,
     own::Own,
-    run::{Fallible, march, to},
+    run::{Fallible, to},
     table::Table,
 };
 use crate::{
@@ -222,7 +222,7 @@ fn solve<T: Scalar>(
     let mut solver = solver.with_history(SWEEPS + 1);
     let relative = if T::epsilon().wide() > 1e-12 { 1e-5 } else { 1e-12 };
     let limits = to(relative, SWEEPS / per_iteration, None);
-    let outcome = march(problem, &mut solver, &limits, true)?;
+    let (outcome, _) = problem.march(&mut solver, (&problem.start(), true), &limits, None)?;
     // The second half of the history, where the start is forgotten.
     let history = solver.history();
     let (half, last) = (history.len() / 2, history.len() - 1);

@@ -19,7 +19,7 @@ use self::problem::{
 };
 pub(crate) use self::{
     files::Files,
-    problem::{Boxed, Posable, Problem, textured},
+    problem::{Boxed, Posable, Problem, Watch, textured},
 };
 
 /// A kind of problem, defined by a few numbers.

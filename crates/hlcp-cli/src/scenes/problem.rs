@@ -1,9 +1,11 @@
 //! The problems of the scenes, in one precision, with what is known of their solutions.
 
-use std::{error::Error, f64::consts::PI};
+use std::{borrow::Cow, error::Error, f64::consts::PI, ops::ControlFlow};
 
 use hlcp_core::{Csr, FivePoint, Hlcp, LinearOperator, Omega, Rows, Scalar, Varying};
-use hlcp_methods::{BoxedMethod, DynRows, Named, Solver};
+use hlcp_methods::{
+    BoxedMethod, DynRows, Limits, Method, Named, Options, Outcome, Progress, Solver,
+};
 use hlcp_verify::{
     AmericanPut, Bearing2d, Branch, Certificate, Columns as _, Dam, Disc, Example, Film,
     JournalBearing, Membrane, Obstacle, Posed, Slider,
@@ -14,6 +16,7 @@ use super::Numbers;
 type Figures<T> = dyn Fn(&[T], &[T]) -> Vec<(&'static str, f64)>;
 type Proofs = dyn Fn(&Certificate) -> Vec<(&'static str, [f64; 2])>;
 type Next<T> = dyn Fn(usize, &[T], &mut [T]);
+pub(crate) type Watch<'w, T> = dyn FnMut(&Progress<'_, T>) -> ControlFlow<()> + 'w;
 
 pub(crate) struct Problem<T> {
     pub(crate) a: Box<dyn Rows<T>>,
@@ -94,6 +97,36 @@ impl<T: Scalar> Problem<T> {
     /// Returns the x that measured solves begin with.
     pub(crate) fn start(&self) -> Vec<T> {
         vec![self.start; self.q.len()]
+    }
+
+    /// Solves the problems one after another until one does not converge: the first from `x0`, the
+    /// others from the answer before if `warm`, or else from `x0` too. The limit on time is on all
+    /// of them. Returns the outcome of all, with the residual of the last, and the last `q`.
+    pub(crate) fn march<M: Method<T>>(
+        &self,
+        solver: &mut Solver<T, M>,
+        (x0, warm): (&[T], bool),
+        limits: &Limits,
+        mut watch: Option<&mut Watch<'_, T>>,
+    ) -> Result<(Outcome, Cow<'_, [T]>), hlcp_core::Error> {
+        let mut solve =
+            |solver: &mut Solver<T, M>, q: &[T], options: Options<'_, T>| match &mut watch {
+                Some(watch) => solver.solve(q, options.observer(watch)),
+                None => solver.solve(q, options),
+            };
+        let ((count, next), mut q) = (&self.march, Cow::Borrowed(&self.q[..]));
+        let mut outcome = solve(solver, &q, Options::from_x(x0).limits(*limits))?;
+        for k in 1..*count {
+            if !outcome.converged() {
+                break;
+            }
+            next(k, solver.z(), q.to_mut());
+            let time = limits.time.map(|time| time.saturating_sub(outcome.elapsed));
+            let options = if warm { Options::resume() } else { Options::from_x(x0) };
+            let options = options.limits(Limits { time, ..*limits });
+            outcome = outcome.then(solve(solver, &q, options)?);
+        }
+        Ok((outcome, q))
     }
 }
 

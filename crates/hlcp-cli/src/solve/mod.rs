@@ -11,7 +11,7 @@ use hlcp::market;
 #[cfg(feature = "mpi")]
 use hlcp_core::World;
 use hlcp_core::{Ranks, Scalar, Strip};
-use hlcp_methods::{Clock, Limits, NameError, Named, Options, Outcome, Progress, Solver};
+use hlcp_methods::{Clock, NameError, Named, Progress, Solver};
 use hlcp_verify::{certify_by, certify_within};
 use report::Answer;
 
@@ -19,7 +19,7 @@ use crate::{
     memory, on_threads, print,
     progress::Way,
     say,
-    scenes::{Boxed, Given, Posable, Pose, Problem, distance, goal},
+    scenes::{Boxed, Given, Posable, Pose, Problem, Watch, distance, goal},
 };
 
 /// Solves what was asked for with the other processes that `mpirun` has started, of which the first
@@ -251,10 +251,17 @@ impl Run<'_> {
                 say("note: --threads does not speed up the sweeps of this problem, which are \
                      shared on grids of 16384 points or more");
             }
-            let mut q = given.q.to_vec();
-            let mut solves = Vec::new();
+            let (mut solves, mut q) = (vec![], Cow::Borrowed(&given.q[..]));
             for _ in 0..arguments.repeats {
-                solves.push(self.march(method, &mut solver, given, &mut q, &x0, &limits)?);
+                let mut way = Way::new(&method.to_string(), goal(&limits, &given.q), &limits);
+                let mut show = |progress: &Progress<'_, T>| {
+                    way.show(progress);
+                    ControlFlow::Continue(())
+                };
+                let watch = self.is_first().then_some(&mut show as &mut Watch<'_, T>);
+                let (outcome, last) = given.march(&mut solver, (&x0, true), &limits, watch)?;
+                solves.push(outcome);
+                q = last;
             }
             solves.sort_by_key(|outcome| outcome.elapsed);
             let outcome = &solves[solves.len() / 2];
@@ -290,39 +297,5 @@ impl Run<'_> {
             report::words(given, &answer, proof.transpose()?)?;
         }
         Ok(())
-    }
-
-    /// Solves the problems of a scene one after another, each from the answer before, until one
-    /// does not converge, and leaves the last right-hand side in `q`; the outcome is that of all of
-    /// them, with the residual of the last.
-    fn march<'p, T: Scalar>(
-        &self,
-        method: &Named,
-        solver: &mut Solver<T, Boxed<'p, T>>,
-        given: &'p Problem<T>,
-        q: &mut [T],
-        x0: &[T],
-        limits: &Limits,
-    ) -> Result<Outcome, Box<dyn Error>> {
-        let mut way = Way::new(&method.to_string(), goal(limits, &given.q), limits);
-        let mut show = |progress: &Progress<'_, T>| {
-            way.show(progress);
-            ControlFlow::Continue(())
-        };
-        q.copy_from_slice(&given.q);
-        let options = Options::from_x(x0).limits(*limits);
-        let options = if self.is_first() { options.observer(&mut show) } else { options };
-        let mut outcome = solver.solve(q, options)?;
-        let (count, next) = &given.march;
-        for k in 1..*count {
-            if !outcome.converged() {
-                break;
-            }
-            next(k, solver.z(), q);
-            let time = limits.time.map(|time| time.saturating_sub(outcome.elapsed));
-            let options = Options::resume().limits(Limits { time, ..*limits });
-            outcome = outcome.then(solver.solve(q, options.observer(&mut show))?);
-        }
-        Ok(outcome)
     }
 }
