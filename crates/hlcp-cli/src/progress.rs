@@ -1,4 +1,5 @@
-//! Bars on stderr with the time left, drawn only if that is a terminal.
+//! Bars on stderr with the time left, drawn only if that is a terminal. One that is dropped is
+//! cleared.
 
 use hlcp_methods::{Limits, Progress};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -58,11 +59,5 @@ impl Way {
         let iterations = progress.iteration as f64 / self.limits.iterations as f64;
         let time = self.limits.time.map_or(0.0, |limit| progress.elapsed.div_duration_f64(limit));
         [digits, iterations, time].into_iter().fold(0.0, f64::max).min(1.0)
-    }
-}
-
-impl Drop for Way {
-    fn drop(&mut self) {
-        self.bar.finish_and_clear();
     }
 }

@@ -143,7 +143,6 @@ pub(super) fn run(
         figures = Some(found);
         bar.inc(1);
     }
-    bar.finish_and_clear();
     let imbalance = (motion.oil() - begun - entered) / (rows[rows.len() - 1].0 - rows[0].0);
     let Motion { bearing, solved, .. } = motion;
     let (solved, figures) = solved.zip(figures).ok_or("there are no steps")?;

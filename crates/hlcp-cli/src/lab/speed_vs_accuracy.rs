@@ -197,7 +197,6 @@ fn measure_own(own: &Own, quick: bool, path: &Path) -> Fallible<()> {
     let methods = methods(Chart::Own);
     let bar = counting(methods.len());
     let runs = ladders(&pose(own)?, &methods, repeats(quick), &bar)?;
-    bar.finish_and_clear();
     let rows: Vec<_> = runs.into_iter().map(|run| (own.title(), run)).collect();
     write_rungs(&rows, path)
 }
@@ -231,9 +230,7 @@ fn measure_all(problems: &[Own], quick: bool, out: &Path) -> Fallible<()> {
     write_rungs(&measured[0], &out.join("speed-vs-accuracy"))?;
     write_rungs(&measured[1], &out.join("precisions"))?;
     certified.write_csv(&out.join("certified"))?;
-    profile::measure(out, &beyond, quick, &bar)?;
-    bar.finish_and_clear();
-    Ok(())
+    profile::measure(out, &beyond, quick, &bar)
 }
 
 /// Writes measurements with their problems as `path`.csv.
