@@ -87,10 +87,7 @@ impl Own {
     }
 
     fn posed<T: Scalar>(&self, pose: Pose<T>) -> Fallible<Problem<T>> {
-        Ok(match self.files.read()? {
-            Some(problem) => problem,
-            None => pose(&self.given.numbers)?,
-        })
+        self.files.read_or(|| pose(&self.given.numbers))
     }
 
     pub(super) fn wide(&self) -> Fallible<Problem<f64>> {

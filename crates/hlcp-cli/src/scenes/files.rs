@@ -9,7 +9,7 @@ use clap::Args;
 use hlcp::{files, market};
 use hlcp_core::{FivePoint, Identity, LinearOperator, Rows, Scalar, recognise_grid};
 
-use super::Problem;
+use super::{Posing, Problem};
 
 const FILES: &str = "Files";
 
@@ -42,16 +42,18 @@ fn grid(text: &str) -> Result<[usize; 2], String> {
 }
 
 impl Files {
-    /// Reads the problem, if there is one.
-    pub(crate) fn read<T: Scalar>(&self) -> Result<Option<Problem<T>>, Box<dyn Error>> {
-        let (Some(path), Some(q)) = (&self.a, &self.q) else { return Ok(None) };
+    /// Reads the problem, or poses that of a scene where there are no files.
+    pub(crate) fn read_or<T: Scalar>(
+        &self,
+        pose: impl FnOnce() -> Posing<T>,
+    ) -> Result<Problem<T>, Box<dyn Error>> {
+        let (Some(path), Some(q)) = (&self.a, &self.q) else { return Ok(pose()?) };
         let a = market::read_matrix::<T>(path)?;
         let q = market::read_vector(q, a.order())?;
-        let problem = match &self.b {
+        match &self.b {
             None => self.on_grid([path, path], a, Identity { order: q.len() }, q),
             Some(of_b) => self.on_grid([path, of_b], a, market::read_matrix::<T>(of_b)?, q),
-        };
-        problem.map(Some)
+        }
     }
 
     /// The problem of operators from files, as five-point ones if they are said to be or are found

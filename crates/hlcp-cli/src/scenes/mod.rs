@@ -19,7 +19,7 @@ use self::problem::{
 };
 pub(crate) use self::{
     files::Files,
-    problem::{Boxed, Posable, Problem, Watch, textured},
+    problem::{Boxed, Posable, Posing, Problem, Watch, textured},
 };
 
 /// A kind of problem, defined by a few numbers.
@@ -38,7 +38,7 @@ pub(crate) struct Scene {
     pub(crate) ladders: &'static [Ladder],
 }
 
-pub(crate) type Pose<T> = fn(&Numbers) -> Result<Problem<T>, hlcp_core::Error>;
+pub(crate) type Pose<T> = fn(&Numbers) -> Posing<T>;
 
 /// A scene for every number m of points per side.
 pub(crate) struct Ladder {
@@ -250,10 +250,7 @@ impl Scene {
     }
 
     /// The scene in double precision, with numbers that differ from its defaults.
-    pub(crate) fn pose(
-        &self,
-        given: &[(&'static str, f64)],
-    ) -> Result<Problem<f64>, hlcp_core::Error> {
+    pub(crate) fn pose(&self, given: &[(&'static str, f64)]) -> Posing<f64> {
         (self.wide)(&self.numbers(given))
     }
 

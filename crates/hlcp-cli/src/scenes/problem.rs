@@ -133,7 +133,7 @@ impl<T: Scalar> Problem<T> {
 pub(crate) type Posable<'p, T> = Hlcp<T, DynRows<'p, T>, DynRows<'p, T>>;
 pub(crate) type Boxed<'p, T> = BoxedMethod<'p, T, DynRows<'p, T>, DynRows<'p, T>>;
 
-type Posing<T> = Result<Problem<T>, hlcp_core::Error>;
+pub(crate) type Posing<T> = Result<Problem<T>, hlcp_core::Error>;
 
 pub(super) fn example<T: Scalar, const SYMMETRIC: bool>(numbers: &Numbers) -> Posing<T> {
     let (mu, nu) = (numbers.get("mu"), numbers.get("nu"));

@@ -130,12 +130,9 @@ impl Run<'_> {
     /// Reads the files, or poses the scene.
     fn problem<T: Scalar>(&self, pose: Pose<T>) -> Result<Problem<T>, Box<dyn Error>> {
         let Arguments { files, given, .. } = self.arguments;
-        if let Some(problem) = files.read()? {
-            return Ok(problem);
-        }
-        Ok(match &self.strip {
-            Some(strip) => strip.agree(pose(&given.numbers.of_columns(strip.columns())))?,
-            None => pose(&given.numbers)?,
+        files.read_or(|| match &self.strip {
+            Some(strip) => strip.agree(pose(&given.numbers.of_columns(strip.columns()))),
+            None => pose(&given.numbers),
         })
     }
 
