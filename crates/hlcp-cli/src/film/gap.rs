@@ -8,7 +8,7 @@ use hlcp::{
     number,
 };
 
-use super::{Arguments, Numbers, Viscosity};
+use super::{Arguments, Numbers, Viscosity, real};
 use crate::memory;
 
 type Fallible<T> = Result<T, Box<dyn Error>>;
@@ -72,9 +72,9 @@ pub(super) const SIDES: [&str; 4] = ["west", "east", "south", "north"];
 
 pub(super) fn sided(text: &str) -> Result<Sided, String> {
     let wanted =
-        || "a side is west, east, south or north = a pressure, closed, periodic or starved,CONTENT";
-    let (name, what) = text.split_once('=').ok_or_else(wanted)?;
-    let place = SIDES.iter().position(|side| *side == name).ok_or_else(wanted)?;
+        "a side is west, east, south or north = a pressure, closed, periodic or starved,CONTENT";
+    let (name, what) = text.split_once('=').ok_or(wanted)?;
+    let place = SIDES.iter().position(|side| *side == name).ok_or(wanted)?;
     let side = match (what, what.strip_prefix("starved,")) {
         ("closed", _) => Side::Closed,
         ("periodic", _) => Side::Periodic,
@@ -83,10 +83,7 @@ pub(super) fn sided(text: &str) -> Result<Sided, String> {
             Ok(content) if (0.0..=1.0).contains(&content) => Side::Starved(content),
             _ => return Err(format!("the film content '{content}' is not between 0 and 1")),
         },
-        (pressure, None) => match pressure.parse() {
-            Ok(pressure) if f64::is_finite(pressure) => Side::Pressure(pressure),
-            _ => return Err(wanted().into()),
-        },
+        (pressure, None) => Side::Pressure(real(|_| true, wanted)(pressure)?),
     };
     Ok((place, side))
 }
