@@ -153,16 +153,13 @@ pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
     };
     let pads: &[usize] = if *quick { &[2, 3] } else { &[10, 20, 40, 80] };
     let bar = counting(sliders.len() + pads.len());
-    let (mut rows, mut of_pads) = (vec![], vec![]);
-    for &([nx, ny], k) in sliders {
-        let title = format!("slider, {nx} × {ny}, K = {k}");
-        let film = textured([nx, ny], k, 2.0);
+    let of_sliders = sliders.iter().map(|&(cells @ [nx, ny], k)| {
+        (format!("slider, {nx} × {ny}, K = {k}"), textured(cells, k, 2.0))
+    });
+    let of_pads = pads.iter().map(|&k| (format!("pad, K = {k}"), pad(k)));
+    let mut rows = vec![];
+    for (title, film) in of_sliders.chain(of_pads) {
         rows.push(on_threads(*threads, || Row::new(title, &film, *threads))?);
-        bar.inc(1);
-    }
-    for &k in pads {
-        let (title, film) = (format!("pad, K = {k}"), pad(k));
-        of_pads.push(on_threads(*threads, || Row::new(title, &film, *threads))?);
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -173,9 +170,9 @@ pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
         _ => f64::NAN,
     };
     let walks = |row: &Row| row.run.outcome.sweeps as f64 * row.n as f64;
+    let (of_sliders, of_pads) = rows.split_at(sliders.len());
     let [[sliders, by_walks], [pads, walks]] =
-        [&rows, &of_pads].map(|of| [slope(of, |row| row.run.median()), slope(of, walks)]);
-    rows.extend(of_pads);
+        [of_sliders, of_pads].map(|of| [slope(of, |row| row.run.median()), slope(of, walks)]);
     let mut flags = String::from(if *quick { " --quick" } else { "" });
     if *threads > 1 {
         flags += &format!(" --threads {threads}");
