@@ -120,13 +120,10 @@ fn measure(own: &Own, plane: &Plane, bar: &ProgressBar) -> Fallible<Table> {
     let mut table = Table::new(COLUMNS);
     for lag in [0.0, 0.2] {
         for (method, _) in METHODS {
-            let known =
-                plane.cells(|alpha, tau| known(&wide, method, [alpha, alpha - lag, tau]))?;
-            let in_f64 =
-                plane.cells(|alpha, tau| solve(&wide, method, [alpha, alpha - lag, tau]))?;
+            let known = plane.cells(lag, |parameters| known(&wide, method, parameters))?;
+            let in_f64 = plane.cells(lag, |parameters| solve(&wide, method, parameters))?;
             bar.inc(1);
-            let in_f32 =
-                plane.cells(|alpha, tau| solve(&narrow, method, [alpha, alpha - lag, tau]))?;
+            let in_f32 = plane.cells(lag, |parameters| solve(&narrow, method, parameters))?;
             bar.inc(1);
             let title = format!("{}: {method}, β = α − {lag}", own.title());
             let words = inside(&in_f64, &known).map_err(|why| format!("{title}: {why}"))?;
@@ -161,9 +158,9 @@ impl Plane {
         self.axis.iter().flat_map(|&tau| self.axis.iter().map(move |&alpha| (alpha, tau)))
     }
 
-    /// A value for each cell.
-    fn cells<V>(&self, mut value: impl FnMut(f64, f64) -> Fallible<V>) -> Fallible<Vec<V>> {
-        self.places().map(|(alpha, tau)| value(alpha, tau)).collect()
+    /// A value for each cell by α, β, which is so much less, and τ.
+    fn cells<V>(&self, lag: f64, value: impl Fn([f64; 3]) -> Fallible<V>) -> Fallible<Vec<V>> {
+        self.places().map(|(alpha, tau)| value([alpha, alpha - lag, tau])).collect()
     }
 
     fn range(&self) -> (f64, f64) {
