@@ -149,8 +149,6 @@ fn whirls(bearing: &Bearing, arguments: &Arguments) -> Result<Vec<f64>, String> 
 pub(super) struct Whirl {
     /// The frequency over the running speed, and those at it.
     pub(super) at: Vec<(f64, Coefficients)>,
-    /// The running speed, in rad/s.
-    pub(super) running: f64,
     /// Of a journal, if there is one.
     pub(super) threshold: Option<Threshold>,
 }
@@ -160,7 +158,7 @@ impl Whirl {
         let running = bearing.running_speed();
         let at = |ratio| Ok((ratio, Coefficients::at(bearing, solved, ratio * running)?));
         let at = ratios.into_iter().map(at).collect::<Result<_, FilmError>>()?;
-        Ok(Self { at, running, threshold: Threshold::of(bearing, solved)? })
+        Ok(Self { at, threshold: Threshold::of(bearing, solved)? })
     }
 }
 

@@ -123,10 +123,6 @@ impl<'a> Solved<'a> {
         Ok(Self { arguments, x, h, film, line })
     }
 
-    fn thin(&self) -> f64 {
-        self.film.h.iter().copied().fold(f64::INFINITY, f64::min)
-    }
-
     fn json(&self, seconds: f64) -> Value {
         let [flow, imbalance] = self.line.through();
         let Line { outcome, load, friction, peak, .. } = self.line;
@@ -142,7 +138,7 @@ impl<'a> Solved<'a> {
             "peak_x_m": self.film.x[peak],
             "ruptures_x_m": places(&self.line.ruptures),
             "forms_again_x_m": places(&self.line.forms_again),
-            "least_gap_m": self.thin(),
+            "least_gap_m": self.film.h.iter().copied().fold(f64::INFINITY, f64::min),
             "unknowns": self.film.x.len() - 2,
             "seconds": seconds,
         })

@@ -136,8 +136,7 @@ impl Report<'_> {
         };
         let whirl: Option<Vec<Value>> =
             self.whirl.as_ref().map(|whirl| whirl.at.iter().map(at).collect());
-        let threshold =
-            self.whirl.as_ref().and_then(|whirl| Some((whirl.threshold?, whirl.running)));
+        let threshold = self.whirl.as_ref().and_then(|whirl| whirl.threshold);
         let sensitivities: Option<serde_json::Map<_, _>> =
             self.sensitivities.as_ref().map(|all| all.iter().map(slopes).collect());
         let outcome = match self.solved.outcome.status {
@@ -179,8 +178,8 @@ impl Report<'_> {
             "stiffness_clamp_n_m": found.map(|[_, clamped]| &clamped.stiffness),
             "damping_clamp_n_s_m": found.map(|[_, clamped]| &clamped.damping),
             "whirl": whirl,
-            "critical_mass_kg": threshold.map(|(found, _)| found.mass),
-            "whirl_frequency_ratio": threshold.map(|(found, running)| found.omega / running),
+            "critical_mass_kg": threshold.map(|found| found.mass),
+            "whirl_frequency_ratio": threshold.map(|found| found.omega / bearing.running_speed()),
             "sensitivities": sensitivities,
             "bounds": bounds,
             "range": range,
@@ -369,9 +368,9 @@ impl Report<'_> {
     }
 
     fn add_whirl(&self, text: &mut Lines, whirl: &Whirl) {
-        let [axes, ..] = self.axes();
+        let ([axes, ..], running) = (self.axes(), self.bearing.running_speed());
         for (ratio, found) in &whirl.at {
-            let omega = ratio * whirl.running;
+            let omega = ratio * running;
             text.add(&format!("whirl of {ratio}"), format!("{axes}; at {omega:.6e} rad/s"));
             self.add_matrices(text, &[found]);
         }
@@ -379,7 +378,7 @@ impl Report<'_> {
             return;
         }
         let told = match whirl.threshold {
-            Some(Threshold { mass, omega, .. }) => match (mass > 0.0, omega / whirl.running) {
+            Some(Threshold { mass, omega, .. }) => match (mass > 0.0, omega / running) {
                 (true, ratio) => format!(
                     "{mass:.6e} kg on this bearing; a heavier rotor whirls at {ratio:.6} of the \
                      running speed"
