@@ -90,8 +90,7 @@ impl<T: Scalar> Problem<T> {
         method: &Named,
         tau: f64,
     ) -> Result<Solver<T, Boxed<'_, T>>, hlcp_core::Error> {
-        let problem = self.hlcp(T::from(tau).unwrap_or_else(T::nan))?;
-        Ok(Solver::new(method.on_dyn(problem)?))
+        Ok(Solver::new(method.on_dyn(self.hlcp(T::of(tau))?)?))
     }
 
     /// Returns the x that measured solves begin with.
@@ -369,7 +368,7 @@ pub(super) fn film<T: Scalar>(numbers: &Numbers) -> Posing<T> {
     };
     let problem = Problem::new(of(&a)?, of(&b)?, q.iter().map(|&q| T::of(q)).collect());
     Ok(problem.with_figures(move |z, r| {
-        let wide = |v: &[T]| v.iter().map(|v| v.to_f64().unwrap_or(f64::NAN)).collect::<Vec<_>>();
+        let wide = |v: &[T]| v.iter().map(|v| v.wide()).collect::<Vec<_>>();
         let figures = film.figures(&wide(z), &wide(r), 0.0);
         vec![("load_n", figures.load), ("broken_share", figures.broken_share)]
     }))

@@ -222,11 +222,6 @@ impl Arguments {
         Parameters { alpha, beta, alpha2, beta2, base, window }
     }
 
-    /// True if a file has the iterate to begin with.
-    pub(crate) fn has_start(&self) -> bool {
-        self.x0.is_some() || self.z0.is_some()
-    }
-
     pub(crate) fn limits(&self) -> Result<Limits, String> {
         let (tolerance, rounding) = match (self.tol, self.rtol) {
             (Some(tolerance), _) => (Tolerance::Absolute(tolerance), Some(0.0)),

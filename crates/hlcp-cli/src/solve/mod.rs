@@ -239,7 +239,7 @@ impl Run<'_> {
             on(method)?;
         }
         for method in &self.methods {
-            if arguments.files.a.is_some() && !arguments.has_start() {
+            if arguments.files.a.is_some() && arguments.x0.is_none() && arguments.z0.is_none() {
                 // The paper begins with ones; from 0 a file in other units takes the same steps.
                 x0.fill(if method.first().is_some() { T::one() } else { T::zero() });
             }
