@@ -4,7 +4,7 @@
 //! a dash and a marker of its own, so that a chart reads in grey too; the light background is part
 //! of the chart, so that it reads on a dark page.
 
-use std::{error::Error, fs, path::Path, process::Command, sync::Arc};
+use std::{fs, path::Path, process::Command, sync::Arc};
 
 use hlcp::files;
 use kuva::{
@@ -21,6 +21,8 @@ use kuva::{
         render_utils::wrap_text,
     },
 };
+
+use crate::Fallible;
 
 /// Okabe and Ito's colours, apart from yellow.
 pub(crate) const COLOURS: [&str; 7] =
@@ -434,12 +436,12 @@ pub(crate) fn write(
     height: f64,
     panels: Vec<Panel>,
     caption: &str,
-) -> Result<(), Box<dyn Error>> {
+) -> Fallible<()> {
     save(&path.with_extension("svg"), &svg(columns, height, panels, caption))
 }
 
 /// Writes a text to a file, in a folder that is made where there is none.
-pub(crate) fn save(path: &Path, text: &str) -> Result<(), Box<dyn Error>> {
+pub(crate) fn save(path: &Path, text: &str) -> Fallible<()> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder)
             .map_err(|e| format!("{}: {e}", files::printable(folder.display())))?;

@@ -24,13 +24,15 @@ mod scenes;
 mod solve;
 
 use std::{
-    error::Error,
     io::{self, Write},
     process::ExitCode,
 };
 
 use clap::{Parser, Subcommand, error::ErrorKind};
 use hlcp::files::printable;
+
+/// A value, or an error that is told in one line.
+type Fallible<V> = Result<V, Box<dyn std::error::Error>>;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -85,7 +87,7 @@ fn main() -> ExitCode {
 
 /// Refuses to run once more on each process of `mpirun`, with the same files to write, what does
 /// not share its work.
-fn refuse_copies(command: &Command) -> Result<(), Box<dyn Error>> {
+fn refuse_copies(command: &Command) -> Fallible<()> {
     // Of Open MPI, and of MPICH and those made from it.
     let sizes = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"].map(std::env::var);
     let count = sizes.into_iter().flatten().find_map(|size| size.parse().ok()).unwrap_or(1_usize);
@@ -104,7 +106,7 @@ fn refuse_copies(command: &Command) -> Result<(), Box<dyn Error>> {
 }
 
 /// Runs the command; whether all that was to converge did.
-fn run(command: Command) -> Result<bool, Box<dyn Error>> {
+fn run(command: Command) -> Fallible<bool> {
     refuse_copies(&command)?;
     match command {
         Command::Solve(arguments) => return solve::run(&arguments),
@@ -180,10 +182,7 @@ fn about() -> String {
 }
 
 /// Runs on so many threads.
-fn on_threads<V: Send>(
-    threads: u16,
-    run: impl FnOnce() -> Result<V, Box<dyn Error>> + Send,
-) -> Result<V, Box<dyn Error>> {
+fn on_threads<V: Send>(threads: u16, run: impl FnOnce() -> Fallible<V> + Send) -> Fallible<V> {
     if threads == 1 {
         return run();
     }

@@ -1,10 +1,9 @@
 //! The position that carries the load of the command line.
 
-use std::error::Error;
-
 use hlcp::film::{Bearing, Load, Settings, Solved};
 
 use super::{Arguments, NAMED, Numbers, gap::by_cells};
+use crate::Fallible;
 
 /// The load that is asked for, in SI units.
 pub(super) fn load(bearing: &Bearing, arguments: &Arguments) -> Result<Option<Load>, String> {
@@ -38,7 +37,7 @@ pub(super) fn equilibrium(
     bearing: &mut Bearing,
     arguments: &Arguments,
     settings: &Settings<'_>,
-) -> Result<(Solved, usize), Box<dyn Error>> {
+) -> Fallible<(Solved, usize)> {
     let Some(load) = load(bearing, arguments)? else {
         let film = bearing.here().expect("the position has been checked");
         return Ok((Solved::new(film, None, settings)?, 1));

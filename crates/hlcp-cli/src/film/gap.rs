@@ -1,6 +1,6 @@
 //! From the command line to a film: its gap, sides and supplies, and the position of its wall.
 
-use std::{error::Error, f64::consts::PI, path::Path};
+use std::{f64::consts::PI, path::Path};
 
 use hlcp::{
     files::printable,
@@ -9,9 +9,7 @@ use hlcp::{
 };
 
 use super::{Arguments, Numbers, Viscosity, real};
-use crate::memory;
-
-type Fallible<T> = Result<T, Box<dyn Error>>;
+use crate::{Fallible, memory};
 
 /// What a film takes for each cell, at least: 640 to 720 bytes by the usual method.
 const BYTES: usize = 400;

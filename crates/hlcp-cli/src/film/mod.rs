@@ -9,7 +9,6 @@ mod profile;
 mod report;
 
 use std::{
-    error::Error,
     fs,
     path::{Path, PathBuf},
     str::FromStr,
@@ -22,7 +21,7 @@ use hlcp::{
 };
 use serde_json::{Value, json};
 
-use crate::{on_threads, print, say};
+use crate::{Fallible, on_threads, print, say};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -251,7 +250,7 @@ struct Done {
 
 /// Solves for the film that was given, writes its files and prints its figures; whether all of it
 /// converged.
-pub(crate) fn run(mut arguments: Arguments) -> Result<bool, Box<dyn Error>> {
+pub(crate) fn run(mut arguments: Arguments) -> Fallible<bool> {
     if arguments.rpm.is_some() && !arguments.journal {
         return Err("--rpm is of a --journal; anything else takes --speed, in m/s".into());
     }
@@ -294,7 +293,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<bool, Box<dyn Error>> {
 }
 
 /// The files that are written, in folders that exist and other than those that are read.
-fn outputs(arguments: &Arguments, ends: &[&str]) -> Result<Vec<PathBuf>, Box<dyn Error>> {
+fn outputs(arguments: &Arguments, ends: &[&str]) -> Fallible<Vec<PathBuf>> {
     let with = |end: &&str| {
         let mut name = arguments.out.clone();
         name.as_mut_os_string().push(end);

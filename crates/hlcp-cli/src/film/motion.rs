@@ -1,6 +1,6 @@
 //! A film under a wall that moves in time: implicit steps, each from the last solution.
 
-use std::{error::Error, path::Path};
+use std::path::Path;
 
 use hlcp::{
     files::printable,
@@ -8,7 +8,7 @@ use hlcp::{
 };
 
 use super::Arguments;
-use crate::progress;
+use crate::{Fallible, progress};
 
 pub(super) struct Run {
     pub(super) bearing: Bearing,
@@ -112,7 +112,7 @@ pub(super) fn run(
     mut bearing: Bearing,
     arguments: &Arguments,
     settings: &Settings<'_>,
-) -> Result<Run, Box<dyn Error>> {
+) -> Fallible<Run> {
     let (rows, doubt) = schedule(path, &bearing, arguments)?;
     if let Drive::To(position) = &rows[0].1 {
         bearing.position.clone_from(position);

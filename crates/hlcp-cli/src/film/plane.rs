@@ -1,6 +1,6 @@
 //! `hlcp film` in two dimensions: what is solved and written.
 
-use std::{cell::RefCell, error::Error, ops::ControlFlow, time::Instant};
+use std::{cell::RefCell, ops::ControlFlow, time::Instant};
 
 use hlcp::{
     Limits, Named, Parameters, Progress,
@@ -13,9 +13,9 @@ use hlcp::{
 use super::{
     Arguments, Done, NAMED, Numbers, balance, gap, motion, outputs, picture, report::Report,
 };
-use crate::progress::Way;
+use crate::{Fallible, progress::Way};
 
-pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
+pub(super) fn solve(arguments: &Arguments) -> Fallible<Done> {
     let begun = Instant::now();
     if let Some(name) = &arguments.method {
         Named::parse(name, Parameters::default()).map_err(FilmError::from)?;
@@ -169,7 +169,7 @@ fn sensitivities(
     bearing: &Bearing,
     solved: &Solved,
     arguments: &Arguments,
-) -> Result<Vec<Slopes>, Box<dyn Error>> {
+) -> Fallible<Vec<Slopes>> {
     let named = gap::parameters(bearing, arguments).into_iter();
     let (names, parameters): (Vec<_>, Vec<_>) =
         named.map(|(name, unit, parameter)| ((name, unit), parameter)).unzip();
@@ -179,11 +179,7 @@ fn sensitivities(
 }
 
 /// Refuses a film in which nothing happens, and questions to one that runs dry.
-fn refuse_idle(
-    bearing: &Bearing,
-    film: &Film,
-    arguments: &Arguments,
-) -> Result<(), Box<dyn Error>> {
+fn refuse_idle(bearing: &Bearing, film: &Film, arguments: &Arguments) -> Fallible<()> {
     match Idle::of(film) {
         Some(Idle::Closed) => return Err("nothing drives the film: the walls carry nothing and nothing enters or leaves, so any even pressure is a solution; give --speed, --motion or a pressure by --side or --supply".into()),
         Some(Idle::Even(pressure)) => {

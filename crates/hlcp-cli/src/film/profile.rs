@@ -6,7 +6,7 @@
 //!
 //! Without arguments it takes the pad of the library's slider.
 
-use std::{error::Error, path::Path, time::Instant};
+use std::{path::Path, time::Instant};
 
 use hlcp::{
     files::FileError,
@@ -17,6 +17,7 @@ use serde_json::{Value, json};
 
 use super::{Arguments, Done, NAMED, outputs, report::Lines, unit};
 use crate::{
+    Fallible,
     chart::{self, Panel},
     memory,
 };
@@ -24,7 +25,7 @@ use crate::{
 /// What a piece takes, at least: its places, gaps, coefficients and unknowns.
 const BYTES: usize = 200;
 
-pub(super) fn solve(arguments: &mut Arguments) -> Result<Done, Box<dyn Error>> {
+pub(super) fn solve(arguments: &mut Arguments) -> Fallible<Done> {
     let begun = Instant::now();
     let conditions = arguments.of_profile()?.unwrap_or([Slider::SPEED, Slider::VISCOSITY]);
     let (path, array) = match &arguments.profile {
@@ -101,7 +102,7 @@ impl<'a> Solved<'a> {
         [x, h]: [Vec<f64>; 2],
         [speed, viscosity]: [f64; 2],
         arguments: &'a Arguments,
-    ) -> Result<Self, Box<dyn Error>> {
+    ) -> Fallible<Self> {
         if x.len() < 3 {
             return Err(
                 "there is no point between the ends to solve for; --refine 2 or more".into()

@@ -9,9 +9,9 @@ use std::{path::PathBuf, time::Instant};
 use clap::{Args, CommandFactory, Parser, builder::PossibleValuesParser};
 use hlcp::files::printable;
 
-use super::{run::Fallible, table::Table};
+use super::table::Table;
 use crate::{
-    CommandLine,
+    CommandLine, Fallible,
     chart::{Panel, Series, write},
     print,
 };

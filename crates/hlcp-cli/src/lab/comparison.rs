@@ -20,10 +20,11 @@ use hlcp_verify::decimal;
 use super::{
     Charts,
     methods::{Chart, methods, tuned},
-    run::{Fallible, Judged, Repeats, Run, measure, solve},
+    run::{Judged, Repeats, Run, measure, solve},
     table::Table,
 };
 use crate::{
+    Fallible,
     chart::{Panel, Series, machine, save, write},
     print,
     progress::counting,

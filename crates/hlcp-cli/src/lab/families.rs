@@ -14,10 +14,11 @@ use hlcp_verify::families::{self, Drawn};
 
 use super::{
     methods::{Chart, methods},
-    run::{Fallible, Repeats, Run, measure, solve},
+    run::{Repeats, Run, measure, solve},
     table::Table,
 };
 use crate::{
+    Fallible,
     chart::{provenance, save},
     print,
     progress::counting,

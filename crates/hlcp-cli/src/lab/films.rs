@@ -12,10 +12,11 @@ use hlcp_verify::{Film, Side};
 
 use super::{
     peers,
-    run::{self, Fallible, Run},
+    run::{self, Run},
     table::Table,
 };
 use crate::{
+    Fallible,
     chart::{provenance, save},
     on_threads, print,
     progress::counting,

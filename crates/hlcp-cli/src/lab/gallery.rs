@@ -13,10 +13,11 @@ use hlcp_methods::{Limits, Options};
 use hlcp_verify::{AmericanPut, Obstacle, Slider};
 
 use super::{
-    run::{Fallible, Run, solve},
+    run::{Run, solve},
     table::Table,
 };
 use crate::{
+    Fallible,
     chart::{COLOURS, Panel, provenance, write},
     print,
     scenes::Scene,

@@ -12,9 +12,10 @@ use hlcp_methods::{
 
 use super::{
     peers,
-    run::{Fallible, Judged, Run, run, solve},
+    run::{Judged, Run, run, solve},
 };
 use crate::{
+    Fallible,
     chart::{COLOURS, DASHES, MARKERS},
     scenes::{Problem, where_it_applies},
 };

@@ -28,8 +28,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use self::{run::Fallible, table::Table};
-use crate::chart::provenance;
+use self::table::Table;
+use crate::{Fallible, chart::provenance};
 
 /// The options that commands with charts have in common.
 #[derive(Args)]

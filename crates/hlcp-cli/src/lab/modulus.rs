@@ -16,10 +16,11 @@ use super::{
     methods::tuned,
     own::Own,
     peers::Assembled,
-    run::{self, Fallible, Judged, Repeats, Run, measure, solve, to},
+    run::{self, Judged, Repeats, Run, measure, solve, to},
     table::Table,
 };
 use crate::{
+    Fallible,
     chart::{machine, save},
     print,
     progress::counting,

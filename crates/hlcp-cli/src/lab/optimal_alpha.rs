@@ -6,12 +6,9 @@ use std::path::Path;
 use hlcp_core::Diagonal;
 use hlcp_methods::{AdaptiveSor, Jacobian, Limits, Outcome, Solver};
 
-use super::{
-    methods::tuned,
-    run::{Fallible, solve},
-    table::Table,
-};
+use super::{methods::tuned, run::solve, table::Table};
 use crate::{
+    Fallible,
     chart::{Panel, Series, write},
     scenes::{Problem, Scene},
 };

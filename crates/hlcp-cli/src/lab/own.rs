@@ -7,8 +7,10 @@ use hlcp::files::printable;
 use hlcp_core::Scalar;
 use hlcp_methods::Limits;
 
-use super::run::Fallible;
-use crate::scenes::{Files, Given, Pose, Problem, Scene};
+use crate::{
+    Fallible,
+    scenes::{Files, Given, Pose, Problem, Scene},
+};
 
 #[derive(Clone, Args)]
 pub(super) struct Own {

@@ -16,10 +16,10 @@ use hlcp_verify::{Example, Slider, alpha_bound, fixed};
 
 use super::{
     claims,
-    run::{Fallible, Repeats, Run, measure, solve},
+    run::{Repeats, Run, measure, solve},
     table::Table,
 };
-use crate::{chart::save, print, progress::counting, scenes::Scene};
+use crate::{Fallible, chart::save, print, progress::counting, scenes::Scene};
 
 const EXAMPLES: &str = "\
 Examples:

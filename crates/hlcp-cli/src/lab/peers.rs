@@ -14,11 +14,11 @@ use faer::{
 use hlcp_core::{Norms, Rows};
 use hlcp_methods::{DynRows, Limits, Outcome, Status};
 
-use super::{
-    methods::Scene,
-    run::{Fallible, Run},
+use super::{methods::Scene, run::Run};
+use crate::{
+    Fallible,
+    scenes::{Problem, goal},
 };
-use crate::scenes::{Problem, goal};
 
 /// Returns the run of a solve that ends with the 2-norm `residual`.
 fn ended(

@@ -8,11 +8,14 @@ use indicatif::ProgressBar;
 use super::{
     methods::Row,
     own::Own,
-    run::{self, Fallible, Repeats, Run},
+    run::{self, Repeats, Run},
     speed_vs_accuracy::{example, half_steps, limits, plain, pose},
     table::Table,
 };
-use crate::chart::{Panel, Series, write};
+use crate::{
+    Fallible,
+    chart::{Panel, Series, write},
+};
 
 const TOLERANCE: f64 = 1e-8;
 /// The largest factor drawn, as a power of two.

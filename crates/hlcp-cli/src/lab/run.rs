@@ -1,18 +1,16 @@
 //! The solve of a problem by a method, the one loop that measures such solves, and the judge of
 //! their answers.
 
-use std::{
-    error::Error,
-    time::{Duration, Instant},
-};
+use std::time::{Duration, Instant};
 
 use hlcp_core::Scalar;
 use hlcp_methods::{AutoTurn, Limits, Method, Named, Options, Outcome, Solver};
 use hlcp_verify::{Certificate, Refusal, certify};
 
-use crate::scenes::{Problem, distance, goal};
-
-pub(crate) type Fallible<V> = Result<V, Box<dyn Error>>;
+use crate::{
+    Fallible,
+    scenes::{Problem, distance, goal},
+};
 
 /// The solves of a problem by a method.
 #[derive(Clone)]

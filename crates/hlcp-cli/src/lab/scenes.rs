@@ -9,8 +9,7 @@ use std::path::PathBuf;
 use clap::Args;
 use hlcp_methods::{Outcome, Status};
 
-use super::run::Fallible;
-use crate::{chart::save, print, scenes::Scene};
+use crate::{Fallible, chart::save, print, scenes::Scene};
 
 /// Print the scenes' published figures beside ours, and iteration counts
 #[derive(Args)]

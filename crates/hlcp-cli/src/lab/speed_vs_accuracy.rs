@@ -27,10 +27,11 @@ use super::{
     methods::{Chart, Row, Scene, is_listed, methods},
     own::Own,
     profile,
-    run::{Fallible, Judged, Repeats, Run, measure, to},
+    run::{Judged, Repeats, Run, measure, to},
     table::Table,
 };
 use crate::{
+    Fallible,
     chart::{Panel, Series, power_of_ten, save, write},
     print,
     progress::counting,

@@ -17,15 +17,9 @@ use hlcp_verify::{Convergence, convergence, theorem_2};
 use indicatif::ProgressBar;
 use kuva::plot::MarkerShape;
 
-use super::{
-    Charts,
-    methods::tuned,
-    optimal_alpha,
-    own::Own,
-    run::{Fallible, to},
-    table::Table,
-};
+use super::{Charts, methods::tuned, optimal_alpha, own::Own, run::to, table::Table};
 use crate::{
+    Fallible,
     chart::{COLOURS, Panel, shade, write},
     print,
     progress::counting,

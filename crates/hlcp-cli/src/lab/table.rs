@@ -1,10 +1,10 @@
 //! A table in three formats.
 
-use std::{error::Error, fs, path::Path};
+use std::{fs, path::Path};
 
 use hlcp::files::FileError;
 
-use crate::chart::save;
+use crate::{Fallible, chart::save};
 
 /// Rows of cells, the first of which is the head.
 pub(crate) struct Table(Vec<Vec<String>>);
@@ -56,13 +56,13 @@ impl Table {
     }
 
     /// Writes the table as `path`.csv.
-    pub(crate) fn write_csv(&self, path: &Path) -> Result<(), Box<dyn Error>> {
+    pub(crate) fn write_csv(&self, path: &Path) -> Fallible<()> {
         save(&path.with_extension("csv"), &self.csv())
     }
 
     /// Writes what a file in two columns is to keep of the first cell of a row, in the place of the
     /// row that the file has of it.
-    pub(crate) fn keep(path: &Path, columns: &str, row: [String; 2]) -> Result<(), Box<dyn Error>> {
+    pub(crate) fn keep(path: &Path, columns: &str, row: [String; 2]) -> Fallible<()> {
         let mut rows = Self::kept(path, columns)?;
         rows.retain(|[of, _]| *of != row[0]);
         rows.push(row);

@@ -10,6 +10,7 @@ use hlcp::{files, market};
 use hlcp_core::{FivePoint, Identity, LinearOperator, Rows, Scalar, recognise_grid};
 
 use super::{Posing, Problem};
+use crate::Fallible;
 
 const FILES: &str = "Files";
 
@@ -46,7 +47,7 @@ impl Files {
     pub(crate) fn read_or<T: Scalar>(
         &self,
         pose: impl FnOnce() -> Posing<T>,
-    ) -> Result<Problem<T>, Box<dyn Error>> {
+    ) -> Fallible<Problem<T>> {
         let (Some(path), Some(q)) = (&self.a, &self.q) else { return Ok(pose()?) };
         let a = market::read_matrix::<T>(path)?;
         let q = market::read_vector(q, a.order())?;
@@ -64,7 +65,7 @@ impl Files {
         a: impl Rows<T> + 'static,
         b: impl Rows<T> + 'static,
         q: Vec<T>,
-    ) -> Result<Problem<T>, Box<dyn Error>> {
+    ) -> Fallible<Problem<T>> {
         if let Some([nx, ny]) = self.grid {
             let named = |path: &Path| {
                 let path = files::printable(path.display());

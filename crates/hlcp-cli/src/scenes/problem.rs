@@ -1,6 +1,6 @@
 //! The problems of the scenes, in one precision, with what is known of their solutions.
 
-use std::{borrow::Cow, error::Error, f64::consts::PI, ops::ControlFlow};
+use std::{borrow::Cow, f64::consts::PI, ops::ControlFlow};
 
 use hlcp_core::{Csr, FivePoint, Hlcp, LinearOperator, Omega, Rows, Scalar, Varying};
 use hlcp_methods::{
@@ -12,6 +12,7 @@ use hlcp_verify::{
 };
 
 use super::Numbers;
+use crate::Fallible;
 
 type Figures<T> = dyn Fn(&[T], &[T]) -> Vec<(&'static str, f64)>;
 type Proofs = dyn Fn(&Certificate) -> Vec<(&'static str, [f64; 2])>;
@@ -81,7 +82,7 @@ impl<T: Scalar> Problem<T> {
     }
 
     /// Returns the method of a name that leaves no parameters open, with τ = 1.
-    pub(crate) fn solver(&self, name: &str) -> Result<Solver<T, Boxed<'_, T>>, Box<dyn Error>> {
+    pub(crate) fn solver(&self, name: &str) -> Fallible<Solver<T, Boxed<'_, T>>> {
         Ok(self.solved_by(&name.parse()?, 1.0)?)
     }
 

@@ -3,7 +3,7 @@
 mod arguments;
 mod report;
 
-use std::{borrow::Cow, error::Error, ops::ControlFlow, path::Path, sync::Arc, time::Instant};
+use std::{borrow::Cow, ops::ControlFlow, path::Path, sync::Arc, time::Instant};
 
 pub(crate) use arguments::Arguments;
 use arguments::Precision;
@@ -16,7 +16,7 @@ use hlcp_verify::{certify_by, certify_within};
 use report::Answer;
 
 use crate::{
-    memory, on_threads, print,
+    Fallible, memory, on_threads, print,
     progress::Way,
     say,
     scenes::{Boxed, Given, Posable, Pose, Problem, Watch, distance, goal},
@@ -25,7 +25,7 @@ use crate::{
 /// Solves what was asked for with the other processes that `mpirun` has started, of which the first
 /// prints.
 #[cfg(feature = "mpi")]
-pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
+pub(crate) fn run(arguments: &Arguments) -> Fallible<bool> {
     let world = World::join()?;
     let ranks = world.ranks();
     if ranks.size() == 1 {
@@ -41,13 +41,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
 }
 
 #[cfg(not(feature = "mpi"))]
-pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
+pub(crate) fn run(arguments: &Arguments) -> Fallible<bool> {
     run_on(arguments, None)
 }
 
 /// Solves what was asked for, on as many threads as were asked for, and prints it; whether all of
 /// it converged.
-fn run_on(arguments: &Arguments, ranks: Option<&Arc<dyn Ranks>>) -> Result<bool, Box<dyn Error>> {
+fn run_on(arguments: &Arguments, ranks: Option<&Arc<dyn Ranks>>) -> Fallible<bool> {
     on_threads(arguments.threads, || solve(arguments, ranks))
 }
 
@@ -62,7 +62,7 @@ struct Run<'r> {
     strip: Option<Strip>,
 }
 
-fn solve(arguments: &Arguments, ranks: Option<&Arc<dyn Ranks>>) -> Result<bool, Box<dyn Error>> {
+fn solve(arguments: &Arguments, ranks: Option<&Arc<dyn Ranks>>) -> Fallible<bool> {
     if ranks.is_none_or(|ranks| ranks.rank() == 0) {
         arguments.check()?;
     }
@@ -100,7 +100,7 @@ fn solve(arguments: &Arguments, ranks: Option<&Arc<dyn Ranks>>) -> Result<bool, 
 }
 
 /// The strip of a rank in the scene's grid.
-fn strip(arguments: &Arguments, ranks: &Arc<dyn Ranks>) -> Result<Strip, Box<dyn Error>> {
+fn strip(arguments: &Arguments, ranks: &Arc<dyn Ranks>) -> Fallible<Strip> {
     let Given { scene, numbers, .. } = &arguments.given;
     let refused = |what: &str| Err(format!("{what} works on one process; leave mpirun out").into());
     match (scene.grid)(numbers) {
@@ -128,7 +128,7 @@ fn in_options(error: NameError) -> String {
 
 impl Run<'_> {
     /// Reads the files, or poses the scene.
-    fn problem<T: Scalar>(&self, pose: Pose<T>) -> Result<Problem<T>, Box<dyn Error>> {
+    fn problem<T: Scalar>(&self, pose: Pose<T>) -> Fallible<Problem<T>> {
         let Arguments { files, given, .. } = self.arguments;
         files.read_or(|| match &self.strip {
             Some(strip) => strip.agree(pose(&given.numbers.of_columns(strip.columns()))),
@@ -145,7 +145,7 @@ impl Run<'_> {
         q: &[T],
         solver: &mut Solver<T, Boxed<'_, T>>,
         clock: &mut Clock<'_>,
-    ) -> Result<report::Proved, Box<dyn Error>> {
+    ) -> Fallible<report::Proved> {
         let [z, r] = [solver.z().to_vec(), solver.r().to_vec()];
         if given.march.0 > 1 || size_of::<T>() == size_of::<f64>() {
             let found = certify_by(solver.method_mut(), q, &z, &r, clock)?;
@@ -158,10 +158,7 @@ impl Run<'_> {
     }
 
     /// The problem with what the options say of it, and the start.
-    fn posed<'p, T: Scalar>(
-        &self,
-        given: &'p Problem<T>,
-    ) -> Result<(Posable<'p, T>, Vec<T>), Box<dyn Error>> {
+    fn posed<'p, T: Scalar>(&self, given: &'p Problem<T>) -> Fallible<(Posable<'p, T>, Vec<T>)> {
         let arguments = self.arguments;
         let posed = given.hlcp(T::of(arguments.tau));
         let posed = posed.map_err(|error| arguments.files.explained(error))?;
@@ -193,11 +190,7 @@ impl Run<'_> {
     }
 
     /// Reads a vector of the whole problem's order, of which this process may keep its part.
-    fn read_part<T: Scalar>(
-        &self,
-        path: &Path,
-        given: &Problem<T>,
-    ) -> Result<Vec<T>, Box<dyn Error>> {
+    fn read_part<T: Scalar>(&self, path: &Path, given: &Problem<T>) -> Fallible<Vec<T>> {
         let whole = market::read_vector(path, self.order(given))?;
         Ok(match &self.strip {
             Some(strip) => strip.vector(|i, j| whole[j * strip.whole()[0] + i]),
@@ -222,11 +215,7 @@ impl Run<'_> {
         Some([z?, r?])
     }
 
-    fn solve<T: Scalar>(
-        &mut self,
-        precision: Precision,
-        given: &Problem<T>,
-    ) -> Result<(), Box<dyn Error>> {
+    fn solve<T: Scalar>(&mut self, precision: Precision, given: &Problem<T>) -> Fallible<()> {
         let arguments = self.arguments;
         let limits = arguments.limits()?;
         let (problem, mut x0) = self.posed(given)?;
