@@ -64,7 +64,7 @@ fn has(name: &str, flag: &str) -> bool {
 
 pub(crate) fn run(Arguments { commands, quick, draw, out }: &Arguments) -> Fallible<()> {
     let took = out.join("charts/took.csv");
-    let known: Vec<[String; 2]> = Table::kept(&took, TOOK)?;
+    let known = Table::kept(&took, TOOK)?;
     let is_asked = |name: &str| commands.is_empty() || commands.iter().any(|asked| asked == name);
     let is_step = |(name, _): &(&str, Paths)| is_asked(name) && (!draw || has(name, "draw"));
     let steps: Vec<_> = STEPS.into_iter().filter(is_step).collect();
@@ -76,9 +76,9 @@ pub(crate) fn run(Arguments { commands, quick, draw, out }: &Arguments) -> Falli
         }
         words.extend((*quick && has(name, "quick")).then(|| "--quick".to_owned()));
         words.extend(draw.then(|| "--draw".to_owned()));
-        let before = known.iter().find(|[of, _]| of == name).filter(|_| !draw);
+        let before = known.get(name).filter(|_| !draw);
         let before =
-            before.map_or(String::new(), |[_, seconds]| format!(", which took {seconds} s before"));
+            before.map_or(String::new(), |seconds| format!(", which took {seconds} s before"));
         let command = words.join(" ");
         print::line(format_args!("{} of {}: {command}{before}", k + 1, steps.len()))?;
         let of_step = Instant::now();
@@ -87,7 +87,7 @@ pub(crate) fn run(Arguments { commands, quick, draw, out }: &Arguments) -> Falli
         let seconds = of_step.elapsed().as_secs();
         print::line(format_args!("{name} took {seconds} s"))?;
         if !draw {
-            Table::keep(&took, TOOK, [name.to_owned(), seconds.to_string()])?;
+            Table::keep(&took, TOOK, name, seconds.to_string())?;
         }
     }
     let points = out.join("charts/cost-per-point");

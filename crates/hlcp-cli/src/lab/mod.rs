@@ -53,10 +53,9 @@ impl Charts {
     /// captions say of command, machine and day, which `measured.csv` keeps.
     fn measured(&self, name: &str, measure: impl FnOnce() -> Fallible<()>) -> Fallible<String> {
         let path = self.out.join("measured.csv");
-        let mut known = Table::kept(&path, MEASURED)?.into_iter();
+        let mut known = Table::kept(&path, MEASURED)?;
         if self.draw {
-            let found = known.find(|[of, _]| of == name).map(|[_, words]| words);
-            return Ok(found.ok_or_else(|| {
+            return Ok(known.remove(name).ok_or_else(|| {
                 let path = hlcp::files::printable(path.display());
                 format!("{path} has no data of {name} to draw; measure them first, without --draw")
             })?);
@@ -64,7 +63,7 @@ impl Charts {
         measure()?;
         let flag = if self.quick { " --quick" } else { "" };
         let words = provenance(&format!("hlcp {name}{flag}"));
-        Table::keep(&path, MEASURED, [name.to_owned(), words.clone()])?;
+        Table::keep(&path, MEASURED, name, words.clone())?;
         Ok(words)
     }
 }

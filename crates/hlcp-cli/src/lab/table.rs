@@ -1,6 +1,6 @@
 //! A table in three formats.
 
-use std::{fs, path::Path};
+use std::{collections::BTreeMap, fs, path::Path};
 
 use hlcp::files::FileError;
 
@@ -60,25 +60,19 @@ impl Table {
         save(&path.with_extension("csv"), &self.csv())
     }
 
-    /// Writes what a file in two columns is to keep of the first cell of a row, in the place of the
-    /// row that the file has of it.
-    pub(crate) fn keep(path: &Path, columns: &str, row: [String; 2]) -> Fallible<()> {
+    /// Writes what a file in two columns is to keep of a name, in the place of what it has of it.
+    pub(crate) fn keep(path: &Path, columns: &str, name: &str, words: String) -> Fallible<()> {
         let mut rows = Self::kept(path, columns)?;
-        rows.retain(|[of, _]| *of != row[0]);
-        rows.push(row);
-        rows.sort();
+        rows.insert(name.to_owned(), words);
         let mut table = Self::new(columns);
-        rows.into_iter().for_each(|row| table.push(row.into()));
+        rows.into_iter().for_each(|(name, words)| table.push(vec![name, words]));
         table.write_csv(path)
     }
 
-    /// Returns the rows of a file with these columns, none of one that is not there.
-    pub(crate) fn kept<const N: usize>(
-        path: &Path,
-        columns: &str,
-    ) -> Result<Vec<[String; N]>, FileError> {
+    /// Returns what a file in two columns keeps, by names: nothing if it is not there.
+    pub(crate) fn kept(path: &Path, columns: &str) -> Result<BTreeMap<String, String>, FileError> {
         let rows = if path.exists() { Self::rows_of(path, columns)? } else { vec![] };
-        Ok(rows.into_iter().map(|(_, row)| row).collect())
+        Ok(rows.into_iter().map(|(_, row)| row.into()).collect())
     }
 
     /// Returns the rows of a file with these columns, which stand between `|`, between commas, with
