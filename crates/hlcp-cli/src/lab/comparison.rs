@@ -204,6 +204,7 @@ fn measured(
     repeats: usize,
 ) -> Fallible<Vec<Row>> {
     let (title, longest) = (ladder.title, LONGEST.as_secs_f64());
+    let is_late = |name: &str| expected(rows, title, name) > longest;
     let problem = scene.pose(&(ladder.numbers)(m as f64))?;
     let n = problem.q.len();
     let reference = match scene.name {
@@ -216,7 +217,7 @@ fn measured(
     let limits = Limits { iterations: usize::MAX, time: Some(LONGEST), ..scene.limits() };
     let sum = if repeats > 1 { 0.05 } else { 0.0 };
     let runs = measure(Repeats { sum, longest, least: repeats }, names, |name| {
-        if expected(rows, title, name) > longest {
+        if is_late(name) {
             return Ok(None);
         }
         let [alpha, tau] = if *name == "AMSOR" { (ladder.amsor)(m as f64) } else { [1.0; 2] };
@@ -225,17 +226,14 @@ fn measured(
     })?;
     let mut of_size = vec![];
     for (&method, run) in names.iter().zip(runs) {
-        let is_late = expected(rows, title, method) > longest;
-        if run.is_none() && !is_late {
+        if run.is_none() && !is_late(method) {
             continue;
         }
-        let (mut error, mut bound) = (f64::NAN, None);
-        if let Some(run) = &run {
-            error = judged.error(&run.answer);
-            if let Some(doubt) = judged.doubt.filter(|_| run.converged()) {
-                bound = Some(judged.bound(&run.answer)? + doubt);
-            }
-        }
+        let error = run.as_ref().map_or(f64::NAN, |run| judged.error(&run.answer));
+        let bound = match (&run, judged.doubt) {
+            (Some(run), Some(doubt)) if run.converged() => Some(judged.bound(&run.answer)? + doubt),
+            _ => None,
+        };
         if let Some(bound) = bound.filter(|&bound| error > bound) {
             let at = format!("{method} on {title}, m = {m}");
             return Err(format!("{at}: the error {error:e} exceeds {bound:e}").into());
