@@ -96,9 +96,7 @@ const METHODS: [Published; 12] = [
         source: "Zhou, Wu and Li, J. Comput. Appl. Math. 394 (2021) 113578",
         formula: "(M + θD) x⁺ = (M + θD) x − F(x), D the diagonal of C",
         parameter: SHIFTS,
-        next: |equation, theta, memory, x, y| {
-            equation.c.forward(1.0 + theta, 1, &memory.f, x, y);
-        },
+        next: |equation, theta, memory, x, y| equation.c.forward(1.0 + theta, 1, &memory.f, x, y),
     },
     Published {
         name: "momentum",
@@ -171,9 +169,7 @@ const METHODS: [Published; 12] = [
         source: "Bai and Zhang, Numer. Linear Algebra Appl. 20 (2013) 425–439",
         formula: "M the lower triangle of each diagonal block: (D/ω − L) x⁺ = (D/ω − L) x − F(x)",
         parameter: RELAXATIONS,
-        next: |equation, omega, memory, x, y| {
-            equation.c.forward(1.0 / omega, 4, &memory.f, x, y);
-        },
+        next: |equation, omega, memory, x, y| equation.c.forward(1.0 / omega, 4, &memory.f, x, y),
     },
     Published {
         name: "spectral step (Barzilai–Borwein)",
