@@ -8,6 +8,7 @@ use std::{
     thread,
 };
 
+use hlcp::film::Map;
 use serde_json::Value;
 
 use crate::command::{hlcp, is_refusal, near, number, rows, run_in, succeeded, text};
@@ -394,13 +395,9 @@ fn a_free_journal_stays_where_its_load_is_carried() {
 
 #[test]
 fn what_is_written_is_what_is_printed() {
-    let gap: Vec<Vec<f64>> =
-        (0..7).map(|j| (0..9).map(|i| 20.0 + f64::from((3 * i + 5 * j) % 7)).collect()).collect();
-    let lines: Vec<String> = gap
-        .iter()
-        .map(|row| row.iter().map(f64::to_string).collect::<Vec<_>>().join(","))
-        .collect();
-    fs::write(folder().join("gap.csv"), lines.join("\n")).unwrap();
+    let gap = |k: i32| 20.0 + f64::from((3 * (k % 9) + 5 * (k / 9)) % 7);
+    let map = Map { columns: 9, rows: 7, values: (0..63).map(gap).collect() };
+    fs::write(folder().join("gap.csv"), map.csv()).unwrap();
     let units = "--x-unit 1e-3 --h-unit 1e-6 --p-unit 1e5";
     let arguments = format!(
         "--lx 20 --ly 10 {units} --speed 3 --viscosity 0.05 --ambient 1 --side south=closed --side north=2.5"
