@@ -79,6 +79,10 @@ pub(crate) struct Arguments {
     /// The factor τ of Ω = τ D_A D_B⁻¹, which scales r in the modulus variable
     #[arg(long, help_heading = METHOD, default_value_t = 1.0, allow_hyphen_values = true)]
     pub(crate) tau: f64,
+    /// All entries of Ω, in the place of τ D_A D_B⁻¹; 1 will do for PIVOTING and AUTO where
+    /// diagonals are negative
+    #[arg(long, help_heading = METHOD, conflicts_with = "tau", allow_hyphen_values = true)]
+    pub(crate) omega: Option<f64>,
     /// The scale γ of the modulus variable
     #[arg(long, help_heading = METHOD, default_value_t = 1.0, allow_hyphen_values = true)]
     pub(crate) gamma: f64,
@@ -201,6 +205,7 @@ impl Arguments {
         if self.precisions().contains(&Precision::F32) {
             let given = [
                 ("tau", Some(self.tau)),
+                ("omega", self.omega),
                 ("gamma", Some(self.gamma)),
                 ("tol", self.tol),
                 ("rtol", self.rtol),

@@ -10,7 +10,7 @@ use arguments::Precision;
 use hlcp::market;
 #[cfg(feature = "mpi")]
 use hlcp_core::World;
-use hlcp_core::{Ranks, Scalar, Strip};
+use hlcp_core::{Hlcp, Omega, Ranks, Scalar, Strip};
 use hlcp_methods::{Clock, NameError, Named, Progress, Solver};
 use hlcp_verify::{certify_by, certify_within};
 use report::Answer;
@@ -160,7 +160,10 @@ impl Run<'_> {
     /// The problem with what the options say of it, and the start.
     fn posed<'p, T: Scalar>(&self, given: &'p Problem<T>) -> Fallible<(Posable<'p, T>, Vec<T>)> {
         let arguments = self.arguments;
-        let posed = given.hlcp(T::of(arguments.tau));
+        let posed = match arguments.omega {
+            Some(omega) => Hlcp::new(&*given.a, &*given.b, Omega::Uniform(T::of(omega))),
+            None => given.hlcp(T::of(arguments.tau)),
+        };
         let posed = posed.map_err(|error| arguments.files.explained(error))?;
         let mut problem = posed.with_gamma(T::of(arguments.gamma))?;
         if let Some(strip) = &self.strip {

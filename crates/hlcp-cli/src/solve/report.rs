@@ -45,7 +45,8 @@ pub(crate) fn object<T: Scalar>(
         "method": method.to_string(),
         "alpha": alpha,
         "beta": beta,
-        "tau": arguments.tau,
+        "tau": arguments.omega.is_none().then_some(arguments.tau),
+        "omega": arguments.omega,
         "gamma": arguments.gamma,
         "precision": precision.name(),
         "threads": arguments.threads,
@@ -74,15 +75,19 @@ pub(crate) fn object<T: Scalar>(
 }
 
 pub(crate) fn head(Run { arguments, name, .. }: &Run<'_>, order: usize) -> io::Result<()> {
-    let Arguments { given, tau, gamma, .. } = arguments;
-    let [tau, gamma] = [*tau, *gamma].map(number);
+    let Arguments { given, tau, omega, gamma, .. } = arguments;
+    let scaled = match omega {
+        Some(omega) => format!("omega = {}", number(*omega)),
+        None => format!("tau = {}", number(*tau)),
+    };
+    let gamma = number(*gamma);
     let shifts = if arguments.files.a.is_none() && name.starts_with("example") {
         let [mu, nu] = ["mu", "nu"].map(|shift| number(given.numbers.get(shift)));
         format!(" mu = {mu}, nu = {nu},")
     } else {
         String::new()
     };
-    print::line(format_args!("{name}: n = {order},{shifts} tau = {tau}, gamma = {gamma}"))?;
+    print::line(format_args!("{name}: n = {order},{shifts} {scaled}, gamma = {gamma}"))?;
     print::line(
         "method    precision outcome         iterations  sweeps residual l2       l-inf    l2 / q  \
          true error  seconds",

@@ -14,7 +14,7 @@ fn the_report_has_its_keys_and_numbers() {
                      --gamma 2.5 --json";
     let (report, status) = json(arguments);
     let keys: Vec<&str> = report.as_object().unwrap().keys().map(String::as_str).collect();
-    let expected = "scene n method alpha beta tau gamma precision threads outcome converged iterations sweeps linear_iterations \
+    let expected = "scene n method alpha beta tau omega gamma precision threads outcome converged iterations sweeps linear_iterations \
                     residual_l2 residual_linf backward_error forgone error_linf objective seconds";
     assert_eq!(keys, expected.split_whitespace().collect::<Vec<_>>());
     assert_eq!(status, 0);
@@ -133,6 +133,8 @@ fn bad_input_is_status_1_with_one_line_on_stderr_and_nothing_on_stdout() {
         ("--scene american-put --rate -1", "rate is -1"),
         ("--m 8 --tau 0", "tau is 0"),
         ("--m 8 --tau -1.5", "tau is -1.5"),
+        ("--m 8 --omega -2", "omega[0] is -2"),
+        ("--m 8 --omega 2 --tau 1", "--tau"),
         ("--m 8 --gamma 0", "gamma is 0"),
         ("--m 8 --gamma nan", "gamma is NaN"),
         ("--m 8 --gamma -1e-300", "gamma is -1e-300, but"),

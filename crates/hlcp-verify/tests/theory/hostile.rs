@@ -96,8 +96,8 @@ fn is_ii_exactly(a: &DMatrix<f64>, b: &DMatrix<f64>, omega: &[f64]) -> bool {
 
 #[test]
 fn entries_in_no_column_and_matrices_that_are_not_square_are_refused() {
-    let beyond =
-        Counted { diagonal: vec![4.0; 3], ..Counted::new(DMatrix::from_element(3, 4, -1.0)) };
+    let (rows, diagonal) = (DMatrix::from_element(3, 4, -1.0), vec![4.0; 3]);
+    let beyond = Counted { rows, diagonal, walks: AtomicUsize::new(0) };
     let (one, ones) = (Identity { order: 3 }, [1.0; 3]);
     for (pair, what) in
         [([&beyond as &dyn Rows<f64>, &one], "row of A"), ([&one, &beyond], "row of B")]
