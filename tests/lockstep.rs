@@ -103,12 +103,14 @@ fn lockstep(
 }
 
 proptest! {
-    /// By rows, and Jacobi by the diagonal.
+    /// By rows, and Jacobi by the diagonal; and AMMS is the accelerated method of section 4.
     #[test]
     fn mms_is_method_1((p, start) in begun(), aor in parameters()) {
-        let book = [textbook(&p.dense, &aor)];
-        let mut mms = Mms::new(posed(&p.dense), aor).unwrap();
-        lockstep(&natural(&start), &mut mms, &book, &p.dense.q, &start)?;
+        for step in [aor, aor.accelerated()] {
+            let book = [textbook(&p.dense, &step)];
+            let mut mms = Mms::new(posed(&p.dense), step).unwrap();
+            lockstep(&natural(&start), &mut mms, &book, &p.dense.q, &start)?;
+        }
         let book = [p.dense.mms([1.0, 0.0], [1.0, 0.0], false)];
         let mut mms = Mms::new(posed(&p.dense), Jacobi).unwrap();
         lockstep(&natural(&start), &mut mms, &book, &p.dense.q, &start)?;
@@ -123,13 +125,6 @@ proptest! {
         let book = [first, second].map(|step| textbook(&p.dense, &step));
         let mut tmms = Tmms::new(posed(&p.dense), first, second).unwrap();
         lockstep(&natural(&start), &mut tmms, &book, &p.dense.q, &start)?;
-    }
-
-    #[test]
-    fn amms_is_the_accelerated_method_of_section_4((p, start) in begun(), aor in parameters()) {
-        let book = [textbook(&p.dense, &aor.accelerated())];
-        let mut amms = Mms::new(posed(&p.dense), aor.accelerated()).unwrap();
-        lockstep(&natural(&start), &mut amms, &book, &p.dense.q, &start)?;
     }
 
     /// In red–black order the methods are the textbook's on permuted matrices, whatever couples the
@@ -175,18 +170,17 @@ proptest! {
     fn mirrored_means_forward_and_then_backward(p in planted(1..41, 1.5), alpha in 0.5..1.6) {
         let aor = Aor::new(alpha, 0.7).unwrap();
         let (x, q) = (p.x().map(f64::cos), Rhs::new(p.dense.q.as_slice()).unwrap());
-        let mut steps = vec![];
-        for method in [
-            Tmms::new(posed(&p.dense), aor, aor.backward()).unwrap(),
-            Tmms::mirrored(posed(&p.dense), aor).unwrap(),
-            Tmms::mirrored(posed(&p.dense), aor.backward()).unwrap(),
-        ] {
-            let (mut method, mut y) = (method, vec![0.0; x.len()]);
+        let steps = [
+            Tmms::new(posed(&p.dense), aor, aor.backward()),
+            Tmms::mirrored(posed(&p.dense), aor),
+            Tmms::mirrored(posed(&p.dense), aor.backward()),
+        ].map(|method| {
+            let (mut method, mut y) = (method.unwrap(), vec![0.0; x.len()]);
             let _ = method.step(&q, x.as_slice(), &mut y, &mut Clock::endless());
             let first = y.clone();
             method.complete(&q, &mut y, &mut vec![0.0; x.len()]);
-            steps.push((first, y));
-        }
+            (first, y)
+        });
         prop_assert!(steps[0] == steps[1] && steps[0] == steps[2]);
     }
 }
