@@ -40,12 +40,6 @@ impl Case {
     }
 }
 
-/// The entries of a matrix with their rows and columns.
-pub(crate) fn entries(matrix: &Matrix) -> impl Iterator<Item = (usize, usize, i64)> {
-    let n = matrix.len();
-    (0..n * n).map(move |k| (k / n, k % n, matrix[k / n][k % n]))
-}
-
 /// SplitMix64 (Steele, Lea and Flood, OOPSLA 2014): streams from neighbouring seeds are unrelated.
 pub(crate) struct Random(pub(crate) u64);
 
@@ -193,13 +187,15 @@ pub(crate) fn posed(
     let n = pattern.n;
     let weights = random.vector(n, 1, 5);
     let any = [1, 5];
-    let (a, mut b) = match kind {
+    let [a, b] = match kind {
         // With one solution, mostly.
-        0 | 1 => (random.dominant(pattern), random.dominant(pattern)),
+        0 | 1 => [random.dominant(pattern), random.dominant(pattern)],
         // With several, often.
-        2 | 3 => (random.matrix(pattern, [1, 2], [-4, 4]), random.matrix(pattern, [1, 2], [-4, 4])),
+        2 | 3 => [random.matrix(pattern, [1, 2], [-4, 4]), random.matrix(pattern, [1, 2], [-4, 4])],
         // Singular M-matrices: without a solution where the weighted sum of q is negative.
-        4..=6 => (random.singular(pattern, &weights), identity(n)),
+        4 | 5 => [random.singular(pattern, &weights), identity(n)],
+        // The weighted rows of both sum to zero.
+        6 => [random.singular(pattern, &weights), random.singular(pattern, &weights)],
         // Two equal rows.
         7 => {
             let mut pair =
@@ -208,8 +204,7 @@ pub(crate) fn posed(
             for matrix in &mut pair {
                 matrix[rows[0]] = matrix[rows[1]].clone();
             }
-            let [a, b] = pair;
-            (a, b)
+            pair
         }
         // A column of zeros, in one of them or in both.
         8 | 9 => {
@@ -222,15 +217,10 @@ pub(crate) fn posed(
             if k != j && random.once_in(2) {
                 pair[1].iter_mut().for_each(|row| row[k] = 0);
             }
-            let [a, b] = pair;
-            (a, b)
+            pair
         }
-        _ => (random.matrix(pattern, any, [-3, 3]), random.matrix(pattern, any, [-3, 3])),
+        _ => [random.matrix(pattern, any, [-3, 3]), random.matrix(pattern, any, [-3, 3])],
     };
-    if kind == 6 {
-        // The weighted rows of both sum to zero.
-        b = random.singular(pattern, &weights);
-    }
     let planted = match kind {
         1 | 3 => true,
         4 | 5 | 8 => false,

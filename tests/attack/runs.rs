@@ -13,7 +13,7 @@ use num_traits::ToPrimitive;
 use crate::{
     common::{Lists, named},
     oracle::{exact, residual_squared},
-    problems::{Case, Matrix, entries},
+    problems::{Case, Matrix},
 };
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -23,11 +23,11 @@ pub(crate) enum Precision {
 }
 
 pub(crate) fn lists<T: Scalar>(matrix: &Matrix) -> Lists<T> {
-    let mut rows = vec![vec![]; matrix.len()];
-    entries(matrix)
-        .filter(|(.., entry)| *entry != 0)
-        .for_each(|(i, j, entry)| rows[i].push((j, T::of(entry as f64))));
-    Lists(rows)
+    let row = |row: &Vec<i64>| {
+        let entries = row.iter().enumerate().filter(|(_, entry)| **entry != 0);
+        entries.map(|(j, entry)| (j, T::of(*entry as f64))).collect()
+    };
+    Lists(matrix.iter().map(row).collect())
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
