@@ -7,8 +7,8 @@ use std::{
 };
 
 use hlcp_core::{
-    Aor, Coefficients, Diagonal, FivePointView, Hlcp, LinearOperator, Norms, Omega, Rhs, Rows,
-    Scalar,
+    Aor, Coefficients, Diagonal, Error, FivePointView, Hlcp, LinearOperator, Norms, Omega, Rhs,
+    Rows, Scalar,
 };
 use hlcp_methods::{
     Clock, DynRows, Limits, Method, Named, Options, Outcome, Parameters, Solver, Tmms,
@@ -74,6 +74,15 @@ pub(crate) fn named(name: &str, [alpha, beta]: [f64; 2]) -> Named {
     let [sor, aor] = ["SOR", "AOR"].map(|splitting| name.ends_with(splitting));
     let (alpha, beta) = ((sor || aor).then_some(alpha), aor.then_some(beta));
     Named::parse(name, Parameters { alpha, beta, ..Parameters::default() }).expect("a name")
+}
+
+/// A solver by the method of a name, on operators behind `dyn` with Ω = D_A D_B⁻¹.
+pub(crate) fn by<'p, T: Scalar>(
+    name: &str,
+    a: DynRows<'p, T>,
+    b: DynRows<'p, T>,
+) -> Result<Solver<T, impl Method<T>>, Error> {
+    named(name, [1.0; 2]).on_dyn(problem(1.0, a, b)).map(Solver::new)
 }
 
 /// The two-step method with Gauss–Seidel, forward and backward.

@@ -4,10 +4,10 @@
 mod common;
 
 use approx::assert_abs_diff_eq;
-use common::{Dynamic, Lists, named, renamed, shuffled};
-use hlcp_core::{Error, FivePoint, Identity, Omega, Rows, Scalar, Varying};
+use common::{Dynamic, Lists, by, named, renamed, shuffled};
+use hlcp_core::{FivePoint, Identity, Omega, Rows, Scalar, Varying};
 use hlcp_methods::{
-    AutoChoice, AutoEnd, AutoTurn, BoxedMethod, DynRows, Limits, Method, Options, Outcome, Solver,
+    AutoChoice, AutoEnd, AutoTurn, DynRows, Limits, Method, Options, Outcome, Solver,
 };
 use hlcp_verify::{Film, JournalBearing, Side, families};
 use proptest::{prelude::*, strategy::ValueTree, test_runner::TestRunner};
@@ -24,18 +24,6 @@ fn dimples(cells: [usize; 2], k: f64, depth: f64) -> Posed {
     film.pose().unwrap()
 }
 
-type NamedSolver<'p, T> = Solver<T, BoxedMethod<'p, T, DynRows<'p, T>, DynRows<'p, T>>>;
-
-/// Returns a solver by the method of a name.
-fn by<'p, T: Scalar>(
-    name: &str,
-    a: DynRows<'p, T>,
-    b: DynRows<'p, T>,
-) -> Result<NamedSolver<'p, T>, Error> {
-    let problem = common::problem(1.0, a, b);
-    named(name, [1.0; 2]).on_dyn(problem).map(Solver::new)
-}
-
 /// The sweeps of the best single method.
 fn fewest(a: DynRows<'_, f64>, b: DynRows<'_, f64>, q: &[f64]) -> usize {
     let limits = Limits { iterations: 1000, rounding: Some(4.0), ..Limits::default() };
@@ -43,11 +31,8 @@ fn fewest(a: DynRows<'_, f64>, b: DynRows<'_, f64>, q: &[f64]) -> usize {
         let outcome = by(name, a, b).ok()?.solve(q, limits).unwrap();
         outcome.converged().then_some(outcome.sweeps)
     };
-    ["MGW", "ADAPTIVE", "AMG", "NEWTON"]
-        .into_iter()
-        .filter_map(sweeps)
-        .min()
-        .unwrap_or(usize::MAX / 8)
+    let all = ["MGW", "ADAPTIVE", "AMG", "NEWTON"].into_iter().filter_map(sweeps);
+    all.min().unwrap_or(usize::MAX / 8)
 }
 
 fn solve<T: Scalar>(a: DynRows<'_, T>, b: DynRows<'_, T>, q: &[T]) -> (Outcome, Vec<AutoTurn>) {

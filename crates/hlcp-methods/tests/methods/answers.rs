@@ -3,7 +3,7 @@
 
 use std::ops::ControlFlow;
 
-use crate::common::{Altered, Dynamic, Walked, named};
+use crate::common::{Altered, Dynamic, Walked, by, named};
 use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega, Rhs, Scaled};
 use hlcp_methods::{
     Clock, Cycle, FullMultigrid, Limits, Method, Mms, Multigrid, Options, Outcome, Solver, Status,
@@ -33,11 +33,7 @@ fn units_change_no_decision() {
     let outcomes = |pair: f64, load: f64| {
         let (a, b, q) = posed(pair, load);
         let names = ["MGS", "TMGS", "ADAPTIVE", "ANDERSON", "NEWTON", "MGW", "FMG", "AUTO"];
-        names.map(|name| {
-            let problem = Dynamic::from_pair(&a, &b).unwrap();
-            let method = named(name, [1.0; 2]).on_dyn(problem).unwrap();
-            Solver::new(method).solve(&q, Limits::default()).unwrap()
-        })
+        names.map(|name| by(name, &a, &b).unwrap().solve(&q, Limits::default()).unwrap())
     };
     let plain = outcomes(1.0, 1.0);
     assert!(plain.iter().all(Outcome::converged));
@@ -59,11 +55,9 @@ fn scaling_q_scales_the_iterates_of_newtons_methods() {
         let ((a, b, mut q), scale) = (posed(1.0, 1.0), 2_f64.powi(power));
         q.iter_mut().for_each(|q| *q *= scale);
         ["NEWTON", "AMG"].map(|name| {
-            let problem = Dynamic::from_pair(&a, &b).unwrap();
-            let method = named(name, [1.0; 2]).on_dyn(problem).unwrap();
             let start = [0.3 * scale; M * M];
             let options = Options::from_x(&start).limits(Limits::relative(1e-12));
-            let outcome = Solver::new(method).solve(&q, options).unwrap();
+            let outcome = by(name, &a, &b).unwrap().solve(&q, options).unwrap();
             assert!(outcome.converged(), "{outcome}");
             (outcome.iterations, outcome.linear_iterations)
         })

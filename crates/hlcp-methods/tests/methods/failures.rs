@@ -1,7 +1,7 @@
 //! How methods fail: each a named scene, with the outcome, a bound on when it comes, and the best
 //! iterate handed back. `outcomes.rs` has the ends of a solve that no scene has.
 
-use crate::common::{named, posed, problem, tmgs};
+use crate::common::{by, named, posed, problem, tmgs};
 use hlcp_core::{Aor, Error, FivePoint, Identity, Norms, Rows};
 use hlcp_methods::{
     Divergence, GROWTH, Limits, Method, Options, Outcome, PATIENCE, Solver, Status, Tmms,
@@ -230,8 +230,7 @@ fn rounding_is_named_as_the_reason() {
     let q: Vec<f64> = (0..n).map(|i| (0.37 * i as f64).cos() - 0.3).collect();
     let auto = |a: &dyn Rows<f64>, q: &[f64]| {
         let b = Identity { order: q.len() };
-        let method = named("AUTO", [1.0; 2]).on_dyn(problem(1.0, a, &b)).unwrap();
-        Solver::new(method).solve(q, Limits::relative(1e-13)).unwrap()
+        by("AUTO", a, &b).unwrap().solve(q, Limits::relative(1e-13)).unwrap()
     };
     for phase in [1.2, 1.35, 1.5, 1.7, 2.0] {
         let outcome = auto(&string(phase), &q);

@@ -1,6 +1,8 @@
 //! Problems whose unknowns are numbered anew.
 
-use crate::common::{self, Dynamic, Lists, noise, permuted, planted, posed, renamed, shuffled};
+use crate::common::{
+    Dynamic, Lists, by, largest_difference, noise, permuted, planted, posed, renamed, shuffled,
+};
 use hlcp_core::{Aor, Error, FivePoint, Hlcp, Identity, Omega};
 use hlcp_methods::{Limits, Named, Options, Renumbered, Solver, Tmms, cuthill_mckee};
 use proptest::prelude::*;
@@ -24,7 +26,7 @@ proptest! {
             let _ = directly.solve(other.q.as_slice(), Options::from_x(&same).limits(limits))?;
             let found: Vec<f64> = order.iter().map(|&i| renumbered.x()[i]).collect();
             let size = directly.x().iter().fold(1.0, |size: f64, x| size.max(x.abs()));
-            prop_assert!(common::largest_difference(&found, directly.x()) <= 1e-12 * size);
+            prop_assert!(largest_difference(&found, directly.x()) <= 1e-12 * size);
         }
     }
 
@@ -72,9 +74,7 @@ fn wind_blows_forward() {
 
         // Oil that is only carried along is settled by AUTO's first two sweeps.
         let q: Vec<f64> = (0..nx * ny).map(|i| 1.0 + 0.5 * noise(i)).collect();
-        let auto = "AUTO".parse::<Named>().unwrap();
-        let method = auto.on_dyn(Dynamic::from_pair(&a, &b).unwrap()).unwrap();
-        let outcome = Solver::new(method).solve(&q, Limits::default()).unwrap();
+        let outcome = by("AUTO", &a, &b).unwrap().solve(&q, Limits::default()).unwrap();
         assert!(outcome.converged() && outcome.sweeps <= 4, "{outcome}");
     }
 }
