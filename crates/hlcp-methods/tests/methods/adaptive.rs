@@ -34,11 +34,8 @@ fn jacobi(scene: &Scene) -> f64 {
     let mut radius = 0.0;
     for _ in 0..4 * n {
         let of = |kept: bool, scale: f64| -> Vec<f64> {
-            let chosen = v
-                .iter()
-                .zip(&scene.z)
-                .map(|(v, &z)| if (z > 0.0) == kept { v * scale } else { 0.0 });
-            chosen.collect()
+            let entry = |(v, &z): (&f64, &f64)| if (z > 0.0) == kept { v * scale } else { 0.0 };
+            v.iter().zip(&scene.z).map(entry).collect()
         };
         scene.a.apply(&of(true, 1.0 / of_a), &mut az);
         scene.b.apply(&of(false, 1.0 / of_b), &mut br);

@@ -4,8 +4,7 @@
 use crate::common::{Altered, Failing, from, over, planted, posed, problem, solve_from_ones, tmgs};
 use hlcp_core::{Aor, Error, Hlcp, Identity, Omega, Rhs, Rows};
 use hlcp_methods::{
-    Anderson, Clock, Divergence, Limits, Method, Mms, Named, Newton, Options, Solver, Ssor, Status,
-    Tmms,
+    Anderson, Clock, Divergence, Limits, Method, Mms, Named, Newton, Solver, Ssor, Status, Tmms,
 };
 use hlcp_verify::{Disc, Example, Slider};
 use nalgebra::{DMatrix, DVector};
@@ -45,10 +44,8 @@ proptest! {
                 prop_assert_eq!(&y, g.as_slice());
             } else {
                 let columns = |v: &[DVector<f64>]| {
-                    let newest = v.len() - 1;
-                    DMatrix::from_columns(
-                        &(newest - m..newest).map(|j| &v[j + 1] - &v[j]).collect::<Vec<_>>(),
-                    )
+                    let newest = v[v.len() - 1 - m..].windows(2).map(|pair| &pair[1] - &pair[0]);
+                    DMatrix::from_columns(&newest.collect::<Vec<_>>())
                 };
                 let (df, f) = (columns(&moves), moves.last().unwrap());
                 let svd = df.clone().svd(true, true);
@@ -152,8 +149,7 @@ fn nan_ends_in_divergence() {
 #[test]
 fn a_step_repeated_at_one_iterate_changes_nothing() {
     let scene = Disc { lcp: false, m: 12 }.pose::<f64>().unwrap();
-    let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(1.0)).unwrap();
-    let tmgs = tmgs(problem);
+    let tmgs = tmgs(Hlcp::new(scene.a, scene.b, Omega::Uniform(1.0)).unwrap());
     let q = Rhs::new(&scene.q).unwrap();
     let run = |twice: bool| {
         let mut anderson = Anderson::new(tmgs.clone(), 4).unwrap();
@@ -178,17 +174,16 @@ const METHODS: [&str; 16] = [
 /// No acceleration takes more iterations than its base.
 fn never_more(a: &dyn Rows<f64>, b: &dyn Rows<f64>, q: &[f64], tau: f64, limits: Limits) {
     let problem = problem(tau, a, b);
-    let start = vec![1.0; q.len()];
     for name in METHODS {
         let named: Named = name.parse().unwrap();
         let method = || named.on_dyn(problem.clone()).unwrap();
-        let plain = Solver::new(method()).solve(q, Options::from_x(&start).limits(limits)).unwrap();
+        let plain = solve_from_ones(&mut Solver::new(method()), q, limits);
         for window in [2, 5, 10] {
             if !plain.converged() {
                 continue;
             }
             let mut anderson = Solver::new(Anderson::new(method(), window).unwrap());
-            let fast = anderson.solve(q, Options::from_x(&start).limits(limits)).unwrap();
+            let fast = solve_from_ones(&mut anderson, q, limits);
             assert!(
                 fast.converged() && fast.iterations <= plain.iterations,
                 "{name}({window}) tau {tau}: {fast} against {plain}"
@@ -223,8 +218,7 @@ fn never_more_iterations_on_examples_slider_and_disc() {
 fn inner_iterations_are_those_of_the_base() {
     let scene = Disc { lcp: true, m: 12 }.pose::<f64>().unwrap();
     let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(1.0)).unwrap();
-    let tmgs = tmgs(problem);
-    let mut newton = Newton::new(tmgs, Ssor);
+    let mut newton = Newton::new(tmgs(problem), Ssor);
     let mut anderson = Anderson::new(newton.clone(), 2).unwrap();
     let q = Rhs::new(&scene.q).unwrap();
     let (x, mut y) = (vec![1.0; 144], vec![0.0; 144]);

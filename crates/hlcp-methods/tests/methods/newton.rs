@@ -335,8 +335,7 @@ fn solve<T: Scalar, A: Rows<T>, B: Rows<T>>(
     q: &[T],
     limits: &Limits,
 ) -> (Outcome, usize, Vec<T>) {
-    let tmgs = tmgs(problem);
-    let mut newton = Solver::new(Newton::new(tmgs, preconditioner));
+    let mut newton = Solver::new(Newton::new(tmgs(problem), preconditioner));
     let outcome = solve_from_ones(&mut newton, q, *limits);
     (outcome, outcome.linear_iterations.unwrap(), newton.z().to_vec())
 }
