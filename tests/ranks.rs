@@ -90,10 +90,7 @@ fn course<T: Scalar>(strip: Option<&Strip>, case: Case, name: &str) -> Course<T>
     let iterations = if name == "AUTO" { 60 } else { 14 };
     let limits = Limits { iterations, ..Limits::relative(1e-12) };
     let outcome = solver.solve(&q, Options::from_x(&start).limits(limits)).unwrap();
-    let x = match strip {
-        Some(strip) => strip.gather(solver.x()),
-        None => Some(solver.x().to_vec()),
-    };
+    let x = strip.map_or_else(|| Some(solver.x().to_vec()), |strip| strip.gather(solver.x()));
     let history = solver.history().to_vec();
     ((history, outcome.status, outcome.iterations, outcome.residual), x)
 }
@@ -222,16 +219,13 @@ fn a_solve_ends_on_all_ranks_as_it_ends_on_one() {
         let outcomes = ranks_as_threads(2, |ranks| {
             let (strip, problem, q) = on_grid(ranks, GRID);
             let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel()).unwrap());
-            let mut stop = |progress: &Progress<'_, f64>| match stop {
-                Some(k) if strip.rank() == 1 && progress.iteration == k => ControlFlow::Break(()),
+            let stops = |progress: &Progress<'_, f64>| match stop {
+                Some(k) if progress.iteration == k => ControlFlow::Break(()),
                 _ => ControlFlow::Continue(()),
             };
             let options = Options::default().limits(limits);
-            let outcome = if strip.rank() == 1 {
-                solver.solve(&q, options.observer(&mut stop)).unwrap()
-            } else {
-                solver.solve(&q, options).unwrap()
-            };
+            let options = if strip.rank() == 1 { options.observer(stops) } else { options };
+            let outcome = solver.solve(&q, options).unwrap();
             (outcome.status, outcome.iterations, outcome.residual)
         });
         assert_eq!(outcomes[0], outcomes[1]);
@@ -379,11 +373,10 @@ impl Watched {
 
     /// Returns the messages and bytes that `work` sends.
     fn during(&self, work: impl FnOnce()) -> [u64; 2] {
-        let sent = || self.sent.each_ref().map(|count| count.load(Relaxed));
-        let before = sent();
+        let taken = || self.sent.each_ref().map(|count| count.swap(0, Relaxed));
+        taken();
         work();
-        let after = sent();
-        [after[0] - before[0], after[1] - before[1]]
+        taken()
     }
 
     fn pause(&self) {
