@@ -16,10 +16,6 @@ fn method(alpha: f64) -> impl Method<f64> {
     Mms::new(problem(1.0, scene.a, scene.b), Aor::sor(alpha).unwrap().accelerated()).unwrap()
 }
 
-fn solver(alpha: f64) -> Solver<f64, impl Method<f64>> {
-    Solver::new(method(alpha))
-}
-
 const SCENE: Disc = Disc { lcp: false, m: 12 };
 
 #[test]
@@ -27,13 +23,13 @@ fn a_rung_is_a_solve_to_its_tolerance() {
     let scene = SCENE.pose::<f64>().unwrap();
     let (start, truth) = (vec![0.7; 144], [&scene.z[..], &scene.r[..]]);
     let limits = Limits { rounding: Some(0.0), iterations: 150, ..Limits::default() };
-    let mut methods = [1.0, 1.4].map(|alpha| (format!("SOR {alpha}"), solver(alpha)));
+    let mut methods = [1.0, 1.4].map(|alpha| (format!("SOR {alpha}"), Solver::new(method(alpha))));
     let rungs = ladder(&mut methods, &scene.q, &start, truth, limits, 2).unwrap();
     for (name, alpha) in [("SOR 1", 1.0), ("SOR 1.4", 1.4)] {
         let of: Vec<_> = rungs.iter().filter(|rung| rung.series == name).collect();
         for (rung, tolerance) in of.iter().zip(TOLERANCES) {
             let limits = Limits { tolerance: Tolerance::Relative(tolerance), ..limits };
-            let mut solver = solver(alpha);
+            let mut solver = Solver::new(method(alpha));
             let outcome = solver.solve(&scene.q, Options::from_x(&start).limits(limits)).unwrap();
             assert_eq!((rung.tolerance, rung.half_steps), (tolerance, Some(outcome.sweeps)));
             assert_eq!(rung.reached, outcome.converged());
@@ -83,7 +79,7 @@ fn a_rung_is_of_its_last_repeat() {
 #[test]
 fn a_solution_of_another_order_is_refused() {
     let scene = SCENE.pose::<f64>().unwrap();
-    let mut methods = [("SOR".to_owned(), solver(1.0))];
+    let mut methods = [("SOR".to_owned(), Solver::new(method(1.0)))];
     let mut refused =
         |truth| ladder(&mut methods, &scene.q, &[1.0; 144], truth, Limits::default(), 1);
     let of = |what| Err(Error::Order { what, found: 1, expected: 144 });
