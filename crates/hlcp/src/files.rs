@@ -205,11 +205,9 @@ fn target(path: &Path) -> Result<PathBuf, FileError> {
             opened.map_err(|e| FileError::unwritable(path, &e))?;
         }
         Ok(found) => {
-            let mut kind = kind(&found).to_owned();
-            if let Ok(to) = fs::read_link(path) {
-                kind += &format!(" to {}", printable(to.display()));
-            }
-            let reason = format!("is {kind}; an output is a new file or a regular one");
+            let to = fs::read_link(path).map(|to| format!(" to {}", printable(to.display())));
+            let (kind, to) = (kind(&found), to.unwrap_or_default());
+            let reason = format!("is {kind}{to}; an output is a new file or a regular one");
             return Err(FileError::new(path, reason));
         }
         Err(error) if error.kind() == ErrorKind::NotFound => {}
@@ -267,17 +265,15 @@ fn create(target: &Path) -> io::Result<(Temporary, File)> {
     loop {
         let (process, number) = (std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed));
         let path = target.with_file_name(format!(".hlcp-{process}-{number}.partial"));
-        match File::create_new(&path) {
+        let file = match File::create_new(&path) {
             // Left by a process that was killed.
-            Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
-            Err(error) => return Err(error),
-            Ok(file) => {
-                let temporary = Temporary(path);
-                if let Ok(found) = fs::metadata(target) {
-                    file.set_permissions(found.permissions())?;
-                }
-                return Ok((temporary, file));
-            }
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => continue,
+            made => made?,
+        };
+        let temporary = Temporary(path);
+        if let Ok(found) = fs::metadata(target) {
+            file.set_permissions(found.permissions())?;
         }
+        return Ok((temporary, file));
     }
 }
