@@ -165,20 +165,17 @@ impl Motion {
         settings: &Settings<'_>,
     ) -> Result<FilmFigures, FilmError> {
         let (position, velocity) = (&self.bearing.position, &self.velocity);
+        // Where the step begins as one of first order, and how long it takes as such.
         let second = self.past.as_ref().and_then(|past| {
             let ratio = duration / past.duration;
             let oil = lead(&self.heights, &past.heights, ratio);
+            let at = lead(position, &past.position, ratio);
+            let from = [at, lead(velocity, &past.velocity, ratio)];
             let is_oil = self.free.iter().all(|&k| oil[k] >= 0.0);
-            is_oil.then_some((past, ratio, oil))
+            is_oil.then_some((Some(past), ratio, oil, from))
         });
-        // Where the step begins as one of first order, and how long it takes as such.
-        let (ratio, oil, from) = match &second {
-            Some((past, ratio, oil)) => {
-                let at = lead(position, &past.position, *ratio);
-                (*ratio, oil.clone(), [at, lead(velocity, &past.velocity, *ratio)])
-            }
-            None => (0.0, self.heights.clone(), [position.clone(), velocity.clone()]),
-        };
+        let first = || (None, 0.0, self.heights.clone(), [position.clone(), velocity.clone()]);
+        let (past, ratio, oil, from) = second.unwrap_or_else(first);
         let time = duration * (1.0 + ratio) / (1.0 + 2.0 * ratio);
         let step = TimeStep { duration: time, oil };
         let (next, position) = self.moved(duration, &step, &from, drive, settings)?;
@@ -189,14 +186,13 @@ impl Motion {
         let forces = self.bearing.forces(&next.film, &next.z);
         let ways = || position.iter().zip(&from[0]).map(|(now, from)| now - from);
         let work: f64 = forces.iter().zip(ways()).map(|(force, way)| force * way).sum();
-        if let Some((past, ..)) = second {
-            let mean = |flow: &mut f64, before: &f64| {
-                *flow = ((1.0 + ratio) * *flow + ratio * before) / (1.0 + 2.0 * ratio);
-            };
+        if let Some(past) = past {
             let sides = figures.sides.iter_mut().zip(&past.figures.sides);
             let leaks = figures.leaks.iter_mut().zip(&past.figures.leaks);
             let supplies = figures.supplies.iter_mut().zip(&past.figures.supplies);
-            sides.chain(leaks).chain(supplies).for_each(|(now, before)| mean(now, before));
+            for (flow, before) in sides.chain(leaks).chain(supplies) {
+                *flow = ((1.0 + ratio) * *flow + ratio * before) / (1.0 + 2.0 * ratio);
+            }
         }
         let held = self.oil();
         self.past = Some(Past {
@@ -300,15 +296,10 @@ impl Motion {
             let size = Norms::of(&off).l2;
             let is_slow = size > SLOW * std::mem::replace(&mut last, size);
             let serves = |slopes: &Slopes| slopes.linear.is_at(&guess.r) && !is_slow;
-            let known = match slopes.take().filter(serves) {
-                Some(slopes) => Ok(slopes),
-                None => Slopes::of(bearing, &guess, operators, (load.len(), inertia)),
-            };
-            let answered = known.and_then(|mut known| {
-                let answer = known.linear.answer(&off)?;
-                Ok((known, answer))
-            });
-            let (known, [mut dz, mut dr]) = match answered {
+            let slopes_here = || Slopes::of(bearing, &guess, operators, (load.len(), inertia));
+            let known = slopes.take().filter(serves).map_or_else(slopes_here, Ok);
+            let answered = known.and_then(|mut known| Ok((known.linear.answer(&off)?, known)));
+            let ([mut dz, mut dr], known) = match answered {
                 Ok(answered) => answered,
                 Err(error) if is_alone => return Err(error),
                 Err(_) => {
