@@ -77,15 +77,15 @@ impl Linear {
             return Err(FilmError::Derivatives(reached));
         }
         // J has the columns 2A where a cell is full, and 2ΩB elsewhere.
-        let part = |of_z: bool| {
-            let entry = |(j, s): (usize, &f64)| match (jacobian.is_active(j), of_z) {
-                (true, true) => -2.0 * s,
-                (false, false) => 2.0 * problem.omega().entry(j) * s,
-                _ => 0.0,
-            };
-            s.iter().enumerate().map(entry).collect()
-        };
-        Ok([part(true), part(false)])
+        let mut parts = [(); 2].map(|()| vec![0.0; s.len()]);
+        for (j, s) in s.iter().enumerate() {
+            if jacobian.is_active(j) {
+                parts[0][j] = -2.0 * s;
+            } else {
+                parts[1][j] = 2.0 * problem.omega().entry(j) * s;
+            }
+        }
+        Ok(parts)
     }
 }
 
@@ -130,11 +130,9 @@ impl Bands {
         }
         for k in 0..n {
             let (done, rest) = rows.split_at_mut((k + 1) * whole);
-            let [pivot, right @ ..] = &done[k * whole + width..] else { return None };
+            let (pivot, right) = done[k * whole + width..].split_first()?;
             for (i, below) in rest.chunks_mut(whole).take(width).enumerate() {
-                let [first, below @ ..] = &mut below[width - 1 - i..2 * width - i] else {
-                    continue;
-                };
+                let (first, below) = below[width - 1 - i..2 * width - i].split_first_mut()?;
                 if *first != 0.0 {
                     *first /= pivot;
                     below.iter_mut().zip(right).for_each(|(below, right)| *below -= *first * right);
