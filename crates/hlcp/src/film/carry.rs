@@ -122,17 +122,18 @@ const BEYOND: f64 = 1.25;
 /// resolve it.
 const STEEP: f64 = 1.5;
 
-/// Where a search begins when the first place has led nowhere: sizes and angles from there, and
-/// rises and slopes.
-const RINGS: [[f64; 3]; 8] = [
-    [0.5, 2.4, 0.0],
-    [0.5, -1.6, 0.0],
-    [0.05, 0.0, 0.0],
-    [0.5, 0.9, 0.0],
-    [0.9, 0.0, 0.0],
-    [0.9, 2.1, 0.0],
-    [0.9, -2.1, 0.0],
-    [0.05, 3.1, 0.0],
+/// Where a search begins when the first place has led nowhere: sizes, sizes and angles from there,
+/// and rises and slopes.
+const SIZES: [f64; 4] = [0.05, 0.9, 0.2, 0.98];
+const RINGS: [[f64; 2]; 8] = [
+    [0.5, 2.4],
+    [0.5, -1.6],
+    [0.05, 0.0],
+    [0.5, 0.9],
+    [0.9, 0.0],
+    [0.9, 2.1],
+    [0.9, -2.1],
+    [0.05, 3.1],
 ];
 const PLANES: [[f64; 3]; 9] = [
     [1.0, -1.0, 0.0],
@@ -145,6 +146,16 @@ const PLANES: [[f64; 3]; 9] = [
     [10.0, -10.0, 0.0],
     [-0.9, 0.0, 0.0],
 ];
+
+/// The changes of a vector's length and angle, which has none without a length, with its own.
+pub(super) fn polar([x, y]: [f64; 2], by: &[f64]) -> [f64; 2] {
+    let size = x.hypot(y);
+    if size == 0.0 {
+        // From nothing it grows whatever its direction.
+        return [by[0].hypot(by[1]), f64::NAN];
+    }
+    [(x * by[0] + y * by[1]) / size, (x * by[1] - y * by[0]) / (size * size)]
+}
 
 /// What a film is asked to carry, as equations for the coordinates that move.
 pub(super) struct Wanted {
@@ -188,22 +199,17 @@ impl Wanted {
 
     /// Where to begin, after the bearing's position.
     fn starts(&self, first: Vec<f64>) -> Vec<Vec<f64>> {
-        let many = self.moving.len();
-        let offsets: &[[f64; 3]] = match (self.is_journal, many) {
-            (true, 1) => &[[0.05, 0.0, 0.0], [0.9, 0.0, 0.0], [0.2, 0.0, 0.0], [0.98, 0.0, 0.0]],
-            (true, _) => &RINGS,
-            (false, _) => &PLANES,
+        let on_ring = |[size, angle]: [f64; 2]| {
+            let angle = angle + first[1].atan2(first[0]);
+            vec![size * angle.cos(), size * angle.sin()]
         };
-        let place = |by: &[f64; 3]| match (self.is_journal, many) {
-            (true, 1) => vec![by[0]],
-            (true, _) => {
-                let [size, angle, _] = *by;
-                let angle = angle + first[1].atan2(first[0]);
-                vec![size * angle.cos(), size * angle.sin()]
-            }
-            (false, _) => first.iter().zip(&self.moving).map(|(at, &k)| at + by[k]).collect(),
+        let moved =
+            |by: [f64; 3]| first.iter().zip(&self.moving).map(|(at, &k)| at + by[k]).collect();
+        let mut starts: Vec<Vec<f64>> = match (self.is_journal, self.is_size) {
+            (true, true) => SIZES.map(|size| vec![size]).into(),
+            (true, false) => RINGS.map(on_ring).into(),
+            (false, _) => PLANES.map(moved).into(),
         };
-        let mut starts: Vec<Vec<f64>> = offsets.iter().map(place).collect();
         starts.insert(0, first);
         starts.dedup();
         starts
@@ -239,10 +245,7 @@ impl Wanted {
     /// The changes of the forces that are asked for, from those of all of them.
     pub(super) fn directed(&self, forces: &[f64], changes: &[f64]) -> Vec<f64> {
         if self.is_size {
-            let (size, [x, y]) = (forces[0].hypot(forces[1]), [changes[0], changes[1]]);
-            // From nothing it grows whatever its direction.
-            let by = if size > 0.0 { (forces[0] * x + forces[1] * y) / size } else { x.hypot(y) };
-            return vec![by];
+            return vec![polar([forces[0], forces[1]], changes)[0]];
         }
         self.moving.iter().zip(&self.levers).map(|(&k, lever)| changes[k] / lever).collect()
     }
@@ -296,18 +299,15 @@ impl Bearing {
             None => Solved::new(first, None, settings)?,
         };
         let clearance = self.journal.map_or(f64::NAN, |journal| journal.clearance);
-        let (mut least, largest, mut largest_at) = (f64::INFINITY, Cell::new(0.0_f64), vec![]);
         if !solved.outcome.converged() {
-            let (found, films, forces) = (false, [1, 1], [least, 0.0]);
-            let (off, nearest_at) = (f64::NAN, vec![]);
             return Ok(Carried {
-                found,
+                found: false,
                 solved,
-                films,
-                forces,
-                largest_at,
-                off,
-                nearest_at,
+                films: [1, 1],
+                forces: [f64::INFINITY, 0.0],
+                largest_at: vec![],
+                off: f64::NAN,
+                nearest_at: vec![],
                 clearance,
             });
         }
@@ -326,6 +326,7 @@ impl Bearing {
             self.at(&in_film(at)).filter(is_open)
         };
         let narrow = || wanted.narrow(|at| open(at).is_some());
+        let (mut least, largest, mut largest_at) = (f64::INFINITY, Cell::new(0.0_f64), vec![]);
         let is_beyond = || load.force > BEYOND * largest.get();
         let is_resolved = |at: &[f64]| open(at).is_some_and(|film| is_resolved(&film));
         let (mut is_first, mut failed) = (true, 0);

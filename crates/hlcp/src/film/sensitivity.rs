@@ -3,7 +3,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{
     Bearing, FilmError, Load, Solved,
-    carry::Wanted,
+    carry::{Wanted, polar},
     linear::Linear,
     solve::{LINEAR, posed},
     wall::mode,
@@ -235,14 +235,6 @@ impl Bearing {
     /// attitude.
     fn turn(&self, solved: &Solved, parameter: &Parameter, found: &mut Sensitivity) {
         let Some(journal) = self.journal else { return };
-        // The change of the length of a vector and of its angle.
-        let polar = |[x, y]: [f64; 2], by: &[f64]| {
-            let size = x.hypot(y);
-            if size == 0.0 {
-                return [by[0].hypot(by[1]), f64::NAN];
-            }
-            [(x * by[0] + y * by[1]) / size, (x * by[1] - y * by[0]) / (size * size)]
-        };
         let forces = self.forces(&solved.film, &solved.z);
         let [load, load_angle] = polar([forces[0], forces[1]], &found.forces);
         found.slopes.load = load;
