@@ -25,10 +25,16 @@ pub(super) struct Matrix<T> {
 }
 
 impl<T: Scalar> Matrix<T> {
-    pub(super) fn with_capacity(n: usize, entries: usize) -> Self {
+    /// The `n` rows that `fill(i, row)` writes to an empty list each, with no column twice, and room
+    /// for `entries` beside the diagonal. None when the clock is up, as of all that follows.
+    pub(super) fn by_rows(
+        [n, entries]: [usize; 2],
+        clock: &mut Clock<'_>,
+        mut fill: impl FnMut(usize, &mut Vec<(u32, T)>),
+    ) -> Option<Self> {
         let mut starts = Vec::with_capacity(n + 1);
         starts.push(0);
-        Self {
+        let mut matrix = Self {
             diagonal: Vec::with_capacity(n),
             inverse: Vec::with_capacity(n),
             starts,
@@ -36,27 +42,29 @@ impl<T: Scalar> Matrix<T> {
             columns: Vec::with_capacity(entries),
             values: Vec::with_capacity(entries),
             reach: 0,
-        }
-    }
-
-    /// The rows of an operator. None when the clock is up, as of all that follows.
-    pub(super) fn of(operator: &impl Rows<T>, clock: &mut Clock<'_>) -> Option<Self> {
-        let n = operator.order();
-        let mut matrix = Self::with_capacity(n, 4 * n);
-        let mut row: Vec<(u32, T)> = vec![];
+        };
+        let mut row = vec![];
         for i in 0..n {
             if clock.is_up_at(i) {
                 return None;
             }
             row.clear();
-            operator.visit_row(i, &mut |j, a| row.push((j as u32, a)));
+            fill(i, &mut row);
             matrix.push(&row);
         }
         Some(matrix)
     }
 
-    /// Appends the next row, no column of which comes twice.
-    pub(super) fn push(&mut self, row: &[(u32, T)]) {
+    /// The rows of an operator.
+    pub(super) fn of(operator: &impl Rows<T>, clock: &mut Clock<'_>) -> Option<Self> {
+        let n = operator.order();
+        Self::by_rows([n, 4 * n], clock, |i, row| {
+            operator.visit_row(i, &mut |j, a| row.push((j as u32, a)));
+        })
+    }
+
+    /// Appends the next row.
+    fn push(&mut self, row: &[(u32, T)]) {
         let i = self.order() as u32;
         let mut diagonal = T::zero();
         for &(j, a) in row.iter().filter(|entry| entry.0 <= i) {
@@ -273,14 +281,8 @@ impl<T: Scalar> Matrix<T> {
         clock: &mut Clock<'_>,
     ) -> Option<Self> {
         let members = Members::new(aggregate, count);
-        let mut coarse = Self::with_capacity(count, self.columns.len() / 2);
         let mut place = vec![usize::MAX; count];
-        let mut row: Vec<(u32, T)> = Vec::new();
-        for a in 0..count {
-            if clock.is_up_at(a) {
-                return None;
-            }
-            row.clear();
+        Self::by_rows([count, self.columns.len() / 2], clock, |a, row| {
             let mut add = |to: u32, value: T| {
                 // A place of an earlier row holds another column now, or lies beyond.
                 let at = &mut place[to as usize];
@@ -299,9 +301,7 @@ impl<T: Scalar> Matrix<T> {
                 }
             }
             row.sort_unstable_by_key(|entry| entry.0);
-            coarse.push(&row);
-        }
-        Some(coarse)
+        })
     }
 }
 

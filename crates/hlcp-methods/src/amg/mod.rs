@@ -288,23 +288,14 @@ impl<T: Scalar> Amg<T> {
         jacobian: &Jacobian<'_, T, A, B>,
         clock: &mut Clock<'_>,
     ) -> Option<Matrix<T>> {
-        let n = self.n;
-        let mut matrix = Matrix::with_capacity(n, 4 * n);
-        let mut row: Vec<(u32, T)> = vec![];
-        for at in 0..n {
-            if clock.is_up_at(at) {
-                return None;
-            }
-            row.clear();
+        Matrix::by_rows([self.n, 4 * self.n], clock, |at, row| {
             let i = self.at(at);
             let weight = self.units.row(i);
             jacobian.visit_row(i, |j, a| {
                 let at = self.place.get(j).copied().unwrap_or(j as u32);
                 row.push((at, a * weight * self.units.x(j)));
             });
-            matrix.push(&row);
-        }
-        Some(matrix)
+        })
     }
 
     /// Overwrites `y` with an approximate solution of `J(x) y = rhs`, by flexible GCR with

@@ -81,12 +81,11 @@ mod tests {
     use super::*;
 
     fn matrix(n: usize, entries: &[(usize, usize)]) -> Matrix<f64> {
-        let mut matrix = Matrix::with_capacity(n, entries.len());
-        for i in 0..n {
-            let off = entries.iter().filter(|e| e.0 == i).map(|e| (e.1 as u32, -1.0));
-            matrix.push(&off.chain([(i as u32, 4.0)]).collect::<Vec<_>>());
-        }
-        matrix
+        let rows = Matrix::by_rows([n, entries.len()], &mut Clock::endless(), |i, row| {
+            row.extend(entries.iter().filter(|e| e.0 == i).map(|e| (e.1 as u32, -1.0)));
+            row.push((i as u32, 4.0));
+        });
+        rows.unwrap()
     }
 
     #[test]

@@ -1,5 +1,5 @@
 use hlcp_core::{Csr, FivePoint, Identity, LinearOperator, Omega, Varying};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, dmatrix};
 
 use super::{
     coarsen::coarsen,
@@ -12,10 +12,6 @@ mod newton;
 /// Numbers between −1 and 1 without a pattern.
 fn noise(k: usize) -> f64 {
     (12.9898 * k as f64 + 0.3).sin() * 0.7 + (78.233 * k as f64).cos() * 0.3
-}
-
-fn narrow<T: Scalar>(v: f64) -> T {
-    T::from(v).unwrap()
 }
 
 /// Runs `work` with a clock that is up when it has been asked more than `late` times; returns what
@@ -44,12 +40,11 @@ fn sparse(n: usize) -> (Matrix<f64>, DMatrix<f64>) {
 
 fn rows_of(dense: &DMatrix<f64>) -> Matrix<f64> {
     let n = dense.nrows();
-    let mut matrix = Matrix::with_capacity(n, 4 * n);
-    for i in 0..n {
-        let row = (0..n as u32).map(|j| (j, dense[(i, j as usize)]));
-        matrix.push(&row.filter(|e| e.1 != 0.0).collect::<Vec<_>>());
-    }
-    matrix
+    let rows = Matrix::by_rows([n, 4 * n], &mut Clock::endless(), |i, row| {
+        let entries = (0..n as u32).map(|j| (j, dense[(i, j as usize)]));
+        row.extend(entries.filter(|e| e.1 != 0.0));
+    });
+    rows.unwrap()
 }
 
 /// The matrix that products with it are by.
@@ -297,10 +292,7 @@ fn elimination_solves_what_it_can() {
     };
     assert!(y.iter().zip(&of_units).enumerate().all(same), "{of_units:?}");
     // Of a singular one, with a row of zeros beside, what the other rows say.
-    let mut singular = Matrix::<f64>::with_capacity(3, 4);
-    for row in [&[(0, 1.0), (1, -1.0)][..], &[(0, -1.0), (1, 1.0)], &[]] {
-        singular.push(row);
-    }
+    let singular = rows_of(&dmatrix![1.0, -1.0, 0.0; -1.0, 1.0, 0.0; 0.0, 0.0, 0.0]);
     let mut y = [f64::NAN; 3];
     Lu::of(&singular).solve(&[2.0, -2.0, 0.0], &mut y);
     assert_eq!(y, [2.0, 0.0, 0.0]);
@@ -318,12 +310,12 @@ fn film<T: Scalar>(m: usize, wind: f64) -> [FivePoint<Varying<T>>; 2] {
         let here = h(i, j);
         let [s, w] = [face(here, h(i, j.max(1) - 1)), face(here, h(i.max(1) - 1, j))];
         let [e, n] = [face(here, h(i + 1, j)), face(here, h(i, j + 1))];
-        [-s, -w, s + w + e + n, -e, -n].map(narrow)
+        [-s, -w, s + w + e + n, -e, -n].map(T::of)
     });
     let b = FivePoint::from_fn(m, m, |i, j| {
         let [west, east] = [h(i.max(1) - 1, j), h(i + 1, j)].map(|h| -h * wind.abs());
         let [west, east] = if wind > 0.0 { [west, 0.0] } else { [0.0, east] };
-        [0.0, west, h(i, j) * wind.abs(), east, 0.0].map(narrow)
+        [0.0, west, h(i, j) * wind.abs(), east, 0.0].map(T::of)
     });
     [a, b].map(Result::unwrap)
 }
@@ -341,7 +333,7 @@ fn listed<T: Scalar>(n: usize, couplings: &[(usize, usize, f64)], slack: f64) ->
     let (mut offsets, mut columns, mut values) = (vec![0_u32], vec![], vec![]);
     for row in dense {
         columns.extend(row.keys().map(|&j| j as u32));
-        values.extend(row.into_values().map(narrow::<T>));
+        values.extend(row.into_values().map(T::of));
         offsets.push(columns.len() as u32);
     }
     Csr::new(offsets, columns, values).unwrap()

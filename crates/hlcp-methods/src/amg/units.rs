@@ -214,13 +214,12 @@ mod tests {
             let (r, c) = (of(&r, by_rows), of(&c, by_unknowns));
             let clock = &mut Clock::endless();
             let mut matrices = [true, false].map(|couples| {
-                let mut matrix = Matrix::with_capacity(n, n);
-                for i in 0..n {
-                    let row = (0..n).filter(|&j| j == i || couples && dense[i][j] != 0.0);
+                let rows = Matrix::by_rows([n, n], clock, |i, row| {
+                    let columns = (0..n).filter(|&j| j == i || couples && dense[i][j] != 0.0);
                     let entry = |j: usize| if couples { dense[i][j] * c[j] } else { 1.0 };
-                    matrix.push(&row.map(|j| (j as u32, r[i] * entry(j))).collect::<Vec<_>>());
-                }
-                matrix
+                    row.extend(columns.map(|j| (j as u32, r[i] * entry(j))));
+                });
+                rows.unwrap()
             });
             let [a, b] = &mut matrices;
             let units = Units::of(a, b, &Omega::Uniform(1.0), clock).unwrap();

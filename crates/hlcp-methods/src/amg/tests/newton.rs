@@ -1,10 +1,8 @@
 //! Newton's method with the multigrid.
 
-use hlcp_core::{Aor, Rhs};
-use nalgebra::dmatrix;
-
 use super::*;
 use crate::{Limits, Method, Mms, Newton, Options, Solver, Ssor};
+use hlcp_core::{Aor, Rhs};
 
 /// A planted solution: patches where z is positive, and others where r is.
 fn planted<T: Scalar>(
@@ -17,8 +15,8 @@ fn planted<T: Scalar>(
         let [x, y] = [k % width, k / width].map(|i| i as f64 / width as f64);
         (4.0 * x + 1.0).sin() + (3.0 * y + x).cos() * 0.8 + 0.1
     };
-    let z: Vec<T> = (0..n).map(|k| narrow(sign(k).max(0.0))).collect();
-    let r: Vec<T> = (0..n).map(|k| narrow((-sign(k)).max(0.0))).collect();
+    let z: Vec<T> = (0..n).map(|k| T::of(sign(k).max(0.0))).collect();
+    let r: Vec<T> = (0..n).map(|k| T::of((-sign(k)).max(0.0))).collect();
     let (mut az, mut q) = (vec![T::zero(); n], vec![T::zero(); n]);
     a.apply(&z, &mut az);
     b.apply(&r, &mut q);
