@@ -315,9 +315,10 @@ mod tests {
     use nalgebra::{DMatrix, DVector};
 
     use super::*;
+    use crate::testing;
 
     /// BiCGStab with each preconditioner against the dense LU factorisation of its own J, built
-    /// column by column from A, B and Ω.
+    /// from the columns of A, B and Ω.
     #[test]
     fn bicgstab_solves_what_lu_solves() {
         let a = FivePoint::new(5, 4, [-1.1, -0.9, 4.3, -1.3, -0.7]).unwrap();
@@ -325,18 +326,11 @@ mod tests {
         let omega: Vec<f64> = (0..20).map(|i| 1.2 + 0.3 * f64::sin(i as f64)).collect();
         let problem = Hlcp::new(a, b, Omega::Each(omega.clone())).unwrap();
         let x: Vec<f64> = (0..20).map(|i| f64::cos(2.3 * i as f64)).collect();
-        let mut dense = DMatrix::zeros(20, 20);
-        for j in 0..20 {
-            let (mut unit, mut column) = ([0.0; 20], [0.0; 20]);
-            unit[j] = 1.0;
-            if x[j] >= 0.0 {
-                a.apply(&unit, &mut column)
-            } else {
-                b.apply(&unit, &mut column)
-            }
-            let factor = if x[j] >= 0.0 { 2.0 } else { 2.0 * omega[j] };
-            dense.set_column(j, &(DVector::from_column_slice(&column) * factor));
-        }
+        let [of_a, of_b] = [testing::dense(&a), testing::dense(&b)];
+        let dense = DMatrix::from_fn(20, 20, |i, j| match x[j] >= 0.0 {
+            true => 2.0 * of_a[(i, j)],
+            false => 2.0 * omega[j] * of_b[(i, j)],
+        });
         let rhs: Vec<f64> = (0..20).map(|i| f64::sin(1.7 * i as f64) + 0.1).collect();
         let values = dense.singular_values();
         let condition = values.max() / values.min();

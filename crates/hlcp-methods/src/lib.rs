@@ -123,6 +123,8 @@ mod renumbered;
 mod safeguard;
 mod solve;
 mod solver;
+#[cfg(test)]
+mod testing;
 mod tmms;
 mod tolerance;
 

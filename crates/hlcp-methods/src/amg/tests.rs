@@ -1,3 +1,5 @@
+use std::collections::BTreeMap;
+
 use hlcp_core::{Csr, FivePoint, Identity, LinearOperator, Omega, Varying};
 use nalgebra::{DMatrix, DVector, dmatrix};
 
@@ -6,6 +8,7 @@ use super::{
     matrix::{Lu, NONE},
     *,
 };
+use crate::testing::{self, csr};
 
 mod newton;
 
@@ -47,16 +50,6 @@ fn rows_of(dense: &DMatrix<f64>) -> Matrix<f64> {
     rows.unwrap()
 }
 
-/// The matrix that products with it are by.
-fn dense_of(matrix: &Matrix<f64>) -> DMatrix<f64> {
-    let mut dense = DMatrix::zeros(matrix.order(), matrix.order());
-    for (j, mut column) in dense.column_iter_mut().enumerate() {
-        let unit: Vec<f64> = (0..matrix.order()).map(|i| f64::from(i == j)).collect();
-        matrix.apply(&unit, column.as_mut_slice());
-    }
-    dense
-}
-
 #[test]
 fn aggregated_entries_are_the_galerkin_product() {
     let (matrix, dense) = sparse(40);
@@ -66,7 +59,7 @@ fn aggregated_entries_are_the_galerkin_product() {
     let expected = p.transpose() * dense * &p;
     let coarse = matrix.aggregated(&aggregate, 11, &mut Clock::endless()).unwrap();
     // Sums of 16 entries of at most 5, in another order.
-    assert!((dense_of(&coarse) - expected).amax() <= 16.0 * 16.0 * 5.0 * f64::EPSILON);
+    assert!((testing::dense(&coarse) - expected).amax() <= 16.0 * 16.0 * 5.0 * f64::EPSILON);
 }
 
 /// Row 17 has no pivot, so its unknown stays as it is.
@@ -103,7 +96,7 @@ fn the_transpose_and_what_is_across_the_diagonal_are_those_of_the_matrix() {
     let (matrix, dense) = sparse(40);
     let clock = &mut Clock::endless();
     let transpose = matrix.transpose(clock).unwrap();
-    assert_eq!(dense_of(&transpose), dense.transpose());
+    assert_eq!(testing::dense(&transpose), dense.transpose());
     let across = matrix.across(&matrix.values, clock).unwrap();
     for i in 0..40 {
         matrix.places(i).for_each(|(at, j)| assert_eq!(across[at], dense[(j, i)], "{i} {j}"));
@@ -156,7 +149,7 @@ fn a_coarse_level_of_a_grid_is_the_grid_half_as_fine() {
             }
         };
         let expected = windy(6, 4, [c, 2.0 * w, 4.0 * slack]);
-        assert_eq!(dense_of(&coarse), expected, "{c} {w} {slack}");
+        assert_eq!(testing::dense(&coarse), expected, "{c} {w} {slack}");
     }
 }
 
@@ -172,7 +165,7 @@ fn a_cycle_is_a_sweep_a_coarse_solution_and_a_sweep() {
     let p = DMatrix::from_fn(256, coarse.order(), |i, to| {
         f64::from(u8::from(aggregate[i] == to as u32))
     });
-    let dense = dense_of(&matrix);
+    let dense = testing::dense(&matrix);
     let lower = dense.lower_triangle();
     let rhs = DVector::from_fn(256, |i, _| noise(i));
     let mut expected = lower.solve_lower_triangular(&rhs).unwrap();
@@ -322,21 +315,12 @@ fn film<T: Scalar>(m: usize, wind: f64) -> [FivePoint<Varying<T>>; 2] {
 
 /// The matrix with these couplings and columns that sum to `slack`.
 fn listed<T: Scalar>(n: usize, couplings: &[(usize, usize, f64)], slack: f64) -> Csr<'static, T> {
-    let mut dense: Vec<std::collections::BTreeMap<usize, f64>> = vec![Default::default(); n];
-    for (j, row) in dense.iter_mut().enumerate() {
-        row.insert(j, slack);
-    }
+    let mut rows: Vec<_> = (0..n).map(|j| BTreeMap::from([(j, slack)])).collect();
     for &(i, j, g) in couplings.iter().filter(|c| c.0 != c.1) {
-        *dense[i].entry(j).or_default() -= g;
-        *dense[j].entry(j).or_default() += g;
+        *rows[i].entry(j).or_default() -= g;
+        *rows[j].entry(j).or_default() += g;
     }
-    let (mut offsets, mut columns, mut values) = (vec![0_u32], vec![], vec![]);
-    for row in dense {
-        columns.extend(row.keys().map(|&j| j as u32));
-        values.extend(row.into_values().map(T::of));
-        offsets.push(columns.len() as u32);
-    }
-    Csr::new(offsets, columns, values).unwrap()
+    csr(rows)
 }
 
 /// Points on a lattice with m to a side, `strides` apart, of conductances in series to neighbours.
@@ -365,17 +349,13 @@ fn boxes<T: Scalar>(m: usize) -> Csr<'static, T> {
     lattice(m, &[1, m, m * m], c, 0.1)
 }
 
-/// Stiff blocks of two by two points in soft ground, one half of all, at random.
-fn blocks(m: usize) -> Csr<'static, f64> {
-    let c = |k: usize| if noise(k % m / 2 + 97 * (k / m / 2)) > 0.0 { 1e6 } else { 1.0 };
-    lattice(m, &[1, m], c, 1e-3)
-}
-
-/// Each block moves as one, which sweeps over its points do not see: some level must have it alone.
+/// Stiff blocks of two by two points in soft ground, one half of all, at random: each block moves
+/// as one, which sweeps over its points do not see, and some level must have it alone.
 #[test]
 fn stiff_blocks_in_soft_ground_cost_no_more_iterations() {
     let m = 48;
-    let problem = Hlcp::lcp(blocks(m)).unwrap();
+    let c = |k: usize| if noise(k % m / 2 + 97 * (k / m / 2)) > 0.0 { 1e6 } else { 1.0 };
+    let problem = Hlcp::lcp(lattice(m, &[1, m], c, 1e-3)).unwrap();
     let x = vec![1.0; m * m];
     let rhs: Vec<f64> = (0..m * m).map(noise).collect();
     let mut y = vec![0.0; m * m];

@@ -6,7 +6,7 @@ use hlcp_core::{FivePoint, Identity, Omega, RowMajor, Tridiagonal, Varying};
 use hlcp_verify::Film;
 
 use super::*;
-use crate::DynRows;
+use crate::{DynRows, Limits, Solver};
 
 /// Returns the method on operators behind `dyn`, for which all are compiled once.
 fn auto<'a>(
@@ -81,14 +81,14 @@ fn a_line_is_solved_at_once_where_all_unknowns_are_on_one_side() {
     for (a, b, sign) in [(string, ground, -1.0), (ground, string, 1.0)] {
         let q: Vec<f64> =
             (0..n).map(|i| if i / (n / 3) == 1 { 3.0 * sign } else { -sign }).collect();
-        let mut solver = crate::Solver::new(auto(&a, &b));
-        let outcome = solver.solve(&q, crate::Limits::relative(1e-6)).unwrap();
+        let mut solver = Solver::new(auto(&a, &b));
+        let outcome = solver.solve(&q, Limits::relative(1e-6)).unwrap();
         // A look at the start and two solves, each with a step.
         assert!(outcome.converged() && outcome.sweeps <= 15, "{outcome}");
         let others = if sign < 0.0 { solver.r() } else { solver.z() };
         assert!(others.iter().all(|&each| each == 0.0));
         // Nor is it left for what rounding does to its residual.
-        let outcome = solver.solve(&q, crate::Limits::relative(1e-16)).unwrap();
+        let outcome = solver.solve(&q, Limits::relative(1e-16)).unwrap();
         let has_grown = |turn: &AutoTurn| turn.end == Some(AutoEnd::Growing);
         assert!(!outcome.converged() && !solver.method().turns().iter().any(has_grown));
     }
@@ -112,13 +112,11 @@ fn a_film_on_a_line_is_solved_from_all_columns() {
         let (a, b) = (a.unwrap(), b.unwrap());
         let q: Vec<f64> = (0..n).map(|i| 6.0 * (gap(i as f64) - gap(i as f64 - 1.0))).collect();
         let exchanged: Vec<f64> = q.iter().map(|q| -q).collect();
-        let limits = crate::Limits::relative(1e-9);
-        let mut solver = crate::Solver::new(auto(&a, &b));
-        let outcome = solver.solve(&q, limits).unwrap();
-        assert!(outcome.converged() && outcome.sweeps <= 80, "{lobes} {depth} {outcome}");
-        let mut solver = crate::Solver::new(auto(&b, &a));
-        let outcome = solver.solve(&exchanged, limits).unwrap();
-        assert!(outcome.converged() && outcome.sweeps <= 80, "{lobes} {depth} {outcome}");
+        let (a, b): (DynRows<f64>, DynRows<f64>) = (&a, &b);
+        for (a, b, q) in [(a, b, q), (b, a, exchanged)] {
+            let outcome = Solver::new(auto(a, b)).solve(&q, Limits::relative(1e-9)).unwrap();
+            assert!(outcome.converged() && outcome.sweeps <= 80, "{lobes} {depth} {outcome}");
+        }
     }
 }
 
@@ -158,20 +156,17 @@ fn elimination_begins_where_factors_hold_hardly_more_than_the_matrix() {
             y == v && x.abs_diff(u) == 1
                 || x == u && y.abs_diff(v) == 1 && (x == 0 || (x + 5 * y.min(v)) % every == 0)
         };
-        let (mut offsets, mut columns, mut values) = (vec![0], vec![], vec![]);
-        for i in 0..m * m {
+        let row = |i: usize| {
             let around = i.saturating_sub(m)..(i + m + 1).min(m * m);
             let row: Vec<usize> = around.filter(|&j| i == j || is_joined(i, j)).collect();
             let on = row.len() as f64 - 1.0 + ground;
-            values.extend(row.iter().map(|&j| if i == j { on } else { -1.0 }));
-            columns.extend(row);
-            offsets.push(columns.len());
-        }
-        let a = hlcp_core::Csr::<f64>::new(offsets, columns, values).unwrap();
-        let mut solver = crate::Solver::new(auto(&a, &one));
+            row.into_iter().map(move |j| (j, if i == j { on } else { -1.0 }))
+        };
+        let a = crate::testing::csr((0..m * m).map(row));
+        let mut solver = Solver::new(auto(&a, &one));
         let mut first = None;
         for _ in 0..2 {
-            let outcome = solver.solve(&q, crate::Limits::default()).unwrap();
+            let outcome = solver.solve(&q, Limits::default()).unwrap();
             let turns = solver.method().turns();
             // Two pairs of sweeps precede it.
             let begins = &turns[usize::from(turns[0].sweeps == 4)];
@@ -195,9 +190,9 @@ fn a_full_matrix_takes_no_more_than_its_elimination() {
     let a = RowMajor::new(n, a).unwrap();
     let q: Vec<f64> = (0..n).map(|i| (i as f64 / n as f64 - 0.5).powi(2) - 0.02).collect();
     let (a, one): (DynRows<f64>, DynRows<f64>) = (&a, &Identity { order: n });
-    let outcome = crate::Solver::new(auto(a, one)).solve(&q, crate::Limits::default()).unwrap();
-    let alone = crate::Solver::new(Pivoting::new(Hlcp::from_pair(a, one).unwrap()).unwrap())
-        .solve(&q, crate::Limits::default())
+    let outcome = Solver::new(auto(a, one)).solve(&q, Limits::default()).unwrap();
+    let alone = Solver::new(Pivoting::new(Hlcp::from_pair(a, one).unwrap()).unwrap())
+        .solve(&q, Limits::default())
         .unwrap();
     assert!(outcome.converged() && outcome.sweeps <= alone.sweeps, "{outcome} {alone}");
 }
@@ -215,7 +210,8 @@ fn an_elimination_that_is_not_begun_leaves_the_time_to_others() {
     let (mut x, mut y) = (vec![0.0; n], vec![0.0; n]);
     let is_forgone = |turn: &AutoTurn| (turn.choice, turn.sweeps) == (AutoChoice::Pivoting, 0);
     for _ in 0..2000 {
-        let mut clock = Clock::endless().towards(0.0, Some(Instant::now()));
+        let mut clock = Clock::endless();
+        clock.until = Some(Instant::now());
         let _ = auto.step(&q, &x, &mut y, &mut clock);
         std::mem::swap(&mut x, &mut y);
         if clock.forgone.is_some() {

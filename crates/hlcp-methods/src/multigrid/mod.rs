@@ -18,7 +18,7 @@ use self::{
     hierarchy::{Grids, rediscretised},
     pace::{Pace, Turn},
 };
-use crate::{Clock, Method, Work as Count, options::STRETCH};
+use crate::{Clock, Method, Work, options::STRETCH};
 
 /// Multigrid by the full approximation scheme, for a pair of five-point operators: the number of
 /// iterations does not grow with the grid.
@@ -120,14 +120,9 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
     /// coarse coefficient that is not finite.
     pub fn new(problem: Hlcp<T, A, B>, cycle: Cycle) -> Result<Self, Error> {
         let scaling = Smoother::scaling(&problem)?;
-        let mut levels = vec![];
-        let mut next = coarser(&problem, &scaling)?;
-        while let Some(level) = next {
-            next = coarser(&level.problem, level.problem.omega())?;
-            levels.push(level);
-        }
+        let levels = levels(&problem, &scaling)?;
         // Some of the ranks that share the problem may have more points of a coarser grid, whole.
-        let most = levels.iter().map(|level: &Level<T>| level.x.len()).chain([problem.order()]);
+        let most = levels.iter().map(|level| level.x.len()).chain([problem.order()]);
         let between = vec![T::zero(); most.max().unwrap_or(0)];
         let scaling = Scaling::new(&problem, scaling);
         let (sweeps, pace, kept) = ([0; 2], Pace::new(), vec![]);
@@ -205,8 +200,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for Multig
         &self.problem
     }
 
-    fn work(&self) -> Option<Count> {
-        Some(Count::sweeps(self.taken))
+    fn work(&self) -> Option<Work> {
+        Some(Work::sweeps(self.taken))
     }
 
     fn restart(&mut self) {
@@ -298,6 +293,20 @@ fn compare<T: Scalar>(
     equation.correct(kind, x, clock);
     equation.smooth(x, clock);
     [before, swept, norm(x, clock)]
+}
+
+/// The coarser grids, from the next one to the coarsest; `scaling` is that of the problem's own.
+fn levels<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
+    problem: &Hlcp<T, A, B>,
+    scaling: &Omega<T>,
+) -> Result<Vec<Level<T>>, Error> {
+    let mut levels = vec![];
+    let mut next = coarser(problem, scaling)?;
+    while let Some(level) = next {
+        next = coarser(&level.problem, level.problem.omega())?;
+        levels.push(level);
+    }
+    Ok(levels)
 }
 
 /// Where ranks share a problem, each has the whole of coarser grids of fewer columns for a rank,

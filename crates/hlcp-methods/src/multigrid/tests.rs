@@ -4,15 +4,14 @@ use hlcp_core::{
     FivePoint, FivePointView, Hlcp, Identity, LinearOperator, Norms, Omega, Rhs, Scalar, Smoother,
     Strip, Transfer, Varying, ranks_as_threads,
 };
+use nalgebra::{DMatrix, DVector};
 
-use crate::{Clock, Method, Work as Count};
+use crate::{Clock, Method, Work, testing::dense};
 
 use super::{
-    Cycle, FullMultigrid, Grids, Multigrid, Scaling, coarser, cycle::Equation, exact_sweep,
+    Cycle, FullMultigrid, Grids, Multigrid, Scaling, cycle::Equation, exact_sweep, levels,
     pace::Turn, rediscretised,
 };
-
-type Dense = Vec<Vec<f64>>;
 
 fn noise(seed: usize) -> f64 {
     let mixed = (seed as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
@@ -23,27 +22,6 @@ fn list(n: usize, seed: usize) -> Vec<f64> {
     (0..n).map(|k| noise(seed + 7 * k)).collect()
 }
 
-/// Column by column, through products with unit vectors.
-fn dense(operator: &impl LinearOperator<f64>) -> Dense {
-    let n = operator.order();
-    let mut matrix = vec![vec![0.0; n]; n];
-    for j in 0..n {
-        let (mut unit, mut column) = (vec![0.0; n], vec![0.0; n]);
-        unit[j] = 1.0;
-        operator.apply(&unit, &mut column);
-        (0..n).for_each(|i| matrix[i][j] = column[i]);
-    }
-    matrix
-}
-
-fn times(matrix: &Dense, x: &[f64]) -> Vec<f64> {
-    matrix.iter().map(|row| row.iter().zip(x).map(|(a, x)| a * x).sum()).collect()
-}
-
-fn transposed(matrix: &Dense, factor: f64) -> Dense {
-    (0..matrix[0].len()).map(|j| matrix.iter().map(|row| factor * row[j]).collect()).collect()
-}
-
 fn close(u: &[f64], v: &[f64], tolerance: f64) {
     assert_eq!(u.len(), v.len());
     for (k, (u, v)) in u.iter().zip(v).enumerate() {
@@ -52,13 +30,14 @@ fn close(u: &[f64], v: &[f64], tolerance: f64) {
 }
 
 /// Bilinear interpolation on the unit square: hats over the coarse spacings.
-fn hats([nx, ny]: [usize; 2], [cx, cy]: [usize; 2]) -> Dense {
+fn hats([nx, ny]: [usize; 2], [cx, cy]: [usize; 2]) -> DMatrix<f64> {
     let hat = |i: usize, fine: usize, j: usize, coarse: usize| {
         let x = (i + 1) as f64 / (fine + 1) as f64 - (j + 1) as f64 / (coarse + 1) as f64;
         (1.0 - x.abs() * (coarse + 1) as f64).max(0.0)
     };
-    let entry = |k: usize, l: usize| hat(k % nx, nx, l % cx, cx) * hat(k / nx, ny, l / cx, cy);
-    (0..nx * ny).map(|k| (0..cx * cy).map(|l| entry(k, l)).collect()).collect()
+    DMatrix::from_fn(nx * ny, cx * cy, |k, l| {
+        hat(k % nx, nx, l % cx, cx) * hat(k / nx, ny, l / cx, cy)
+    })
 }
 
 /// The fine point at the least distance, the earlier one of two.
@@ -72,62 +51,50 @@ fn nearest([nx, ny]: [usize; 2], [cx, cy]: [usize; 2]) -> Vec<usize> {
 
 /// The problem on a grid, dense, with what its cycles need.
 struct Oracle {
-    a: Dense,
-    b: Dense,
-    omega: Vec<f64>,
+    a: DMatrix<f64>,
+    b: DMatrix<f64>,
+    omega: DVector<f64>,
 }
 
 impl Oracle {
-    fn k(&self, x: &[f64]) -> Vec<f64> {
-        let positive: Vec<f64> = x.iter().map(|x| x.max(0.0)).collect();
-        let negative: Vec<f64> = x.iter().zip(&self.omega).map(|(x, w)| w * x.min(0.0)).collect();
-        let (a, b) = (times(&self.a, &positive), times(&self.b, &negative));
-        a.iter().zip(b).map(|(a, b)| 2.0 * (a + b)).collect()
+    fn k(&self, x: &DVector<f64>) -> DVector<f64> {
+        let negative = x.map(|x| x.min(0.0)).component_mul(&self.omega);
+        2.0 * (&self.a * x.map(|x| x.max(0.0)) + &self.b * negative)
     }
 
     /// Scalar equation by scalar equation; each is solved by trying both signs.
-    fn sweep(&self, f: &[f64], x: &mut [f64], order: impl Iterator<Item = usize>) {
-        for i in order {
+    fn smooth(&self, f: &DVector<f64>, x: &mut DVector<f64>) {
+        for i in (0..f.len()).chain((0..f.len()).rev()) {
             x[i] = 0.0;
             let rest = -(self.k(x)[i] + f[i]);
-            let (up, down) =
-                (rest / (2.0 * self.a[i][i]), rest / (2.0 * self.b[i][i] * self.omega[i]));
+            let up = rest / (2.0 * self.a[(i, i)]);
+            let down = rest / (2.0 * self.b[(i, i)] * self.omega[i]);
             x[i] = if up > 0.0 { up } else { down };
         }
-    }
-
-    fn smooth(&self, f: &[f64], x: &mut [f64]) {
-        self.sweep(f, x, 0..f.len());
-        self.sweep(f, x, (0..f.len()).rev());
     }
 }
 
 /// One cycle from the definitions, on a hierarchy of dense problems with their grids.
-fn cycle(grids: &[([usize; 2], Oracle)], visits: usize, f: &[f64], x: &mut [f64]) {
+fn cycle(grids: &[([usize; 2], Oracle)], visits: usize, f: &DVector<f64>, x: &mut DVector<f64>) {
     let [(fine, problem), rest @ ..] = grids else { return };
     problem.smooth(f, x);
     let Some((coarse, below)) = rest.first() else { return };
     let p = hats(*fine, *coarse);
     let cells = [0, 1].map(|d| (coarse[d] + 1) as f64 / (fine[d] + 1) as f64);
-    let defect: Vec<f64> = problem.k(x).iter().zip(f).map(|(k, f)| k + f).collect();
-    let restricted = times(&transposed(&p, cells[0] * cells[1]), &defect);
+    let restricted = cells[0] * cells[1] * p.transpose() * (problem.k(x) + f);
     // In the scale of the coarse grid's Ω, and back.
     let rescaled = |x: f64, ratio: f64| if x > 0.0 { x } else { x * ratio };
     let nearest = nearest(*fine, *coarse);
-    let ratios = nearest.iter().zip(&below.omega).map(|(&k, own)| problem.omega[k] / own);
-    let ratios: Vec<f64> = ratios.collect();
-    let injected: Vec<f64> =
-        nearest.iter().zip(&ratios).map(|(&k, &ratio)| rescaled(x[k], ratio)).collect();
-    let f_coarse: Vec<f64> =
-        restricted.iter().zip(below.k(&injected)).map(|(d, k)| d - k).collect();
-    let mut x_coarse = injected.clone();
+    let ratios = problem.omega.select_rows(&nearest).component_div(&below.omega);
+    let nearest = x.select_rows(&nearest);
+    let injected = nearest.zip_map(&ratios, rescaled);
+    let f_coarse = restricted - below.k(&injected);
+    let mut x_coarse = injected;
     for _ in 0..if rest.len() == 1 { 1 } else { visits } {
         cycle(rest, visits, &f_coarse, &mut x_coarse);
     }
-    let corrections = x_coarse.iter().zip(&ratios).zip(&nearest);
-    let correction: Vec<f64> =
-        corrections.map(|((&new, ratio), &k)| rescaled(new, ratio.recip()) - x[k]).collect();
-    x.iter_mut().zip(times(&p, &correction)).for_each(|(x, p)| *x += p);
+    let back = x_coarse.zip_map(&ratios, |new, ratio| rescaled(new, ratio.recip()));
+    *x += p * (back - nearest);
     problem.smooth(f, x);
 }
 
@@ -164,13 +131,8 @@ fn against_the_oracle<A: LinearOperator<f64>, B: LinearOperator<f64>>(
 ) {
     let n = grid[0] * grid[1];
     let scaling = Smoother::scaling(problem).unwrap();
-    let mut levels = vec![];
-    let mut next = coarser(problem, &scaling).unwrap();
-    while let Some(level) = next {
-        next = coarser(&level.problem, level.problem.omega()).unwrap();
-        levels.push(level);
-    }
-    let each = |omega: &Omega<f64>, n: usize| (0..n).map(|k| omega.entry(k)).collect();
+    let mut levels = levels(problem, &scaling).unwrap();
+    let each = |omega: &Omega<f64>, n: usize| DVector::from_fn(n, |k, _| omega.entry(k));
     let (a, b) = (dense(problem.a()), dense(problem.b()));
     let mut grids = vec![(grid, Oracle { a, b, omega: each(&scaling, n) })];
     for level in &levels {
@@ -178,10 +140,10 @@ fn against_the_oracle<A: LinearOperator<f64>, B: LinearOperator<f64>>(
         grids.push((level.transfer.coarse(), Oracle { a: dense(p.a()), b: dense(p.b()), omega }));
     }
     let (q, start) = (list(n, seed + 5), list(n, seed + 6));
-    let f: Vec<f64> = q.iter().map(|q| 0.7 * q).collect();
+    let f = 0.7 * DVector::from_column_slice(&q);
     let mut between = vec![f64::NAN; n];
     for (kind, visits) in [(Cycle::V, 1), (Cycle::W, 2)] {
-        let (mut x, mut expected) = (start.clone(), start.clone());
+        let (mut x, mut expected) = (start.clone(), DVector::from_column_slice(&start));
         let smoother = Smoother::new(problem, Some(&scaling), false).unwrap();
         let (coarser, between) = (&mut levels[..], &mut between[..]);
         let (of_q, points, parallel) = ((0.7, &q[..]), n, false);
@@ -189,7 +151,7 @@ fn against_the_oracle<A: LinearOperator<f64>, B: LinearOperator<f64>>(
         for _ in 0..2 {
             equation.cycle(kind, &mut x, &mut Clock::endless());
             cycle(&grids, visits, &f, &mut expected);
-            close(&x, &expected, 1e-12);
+            close(&x, expected.as_slice(), 1e-12);
         }
     }
 }
@@ -260,13 +222,13 @@ fn cycles_are_counted_in_sweeps() {
         let (q, x, mut y) = (vec![1.0; 225], vec![1.0; 225], vec![0.0; 225]);
         for method in [&mut multigrid as &mut dyn Method<f64, A = _, B = _>, &mut full] {
             let q = Rhs::new(&q).unwrap();
-            assert_eq!(method.work(), Some(Count::sweeps(0)));
+            assert_eq!(method.work(), Some(Work::sweeps(0)));
             for _ in 0..3 {
                 let _ = method.step(&q, &x, &mut y, &mut Clock::endless());
             }
         }
-        assert_eq!(multigrid.work(), Some(Count::sweeps(3 * sweeps)));
-        assert_eq!(full.work(), Some(Count::sweeps(4 * sweeps + 4)));
+        assert_eq!(multigrid.work(), Some(Work::sweeps(3 * sweeps)));
+        assert_eq!(full.work(), Some(Work::sweeps(4 * sweeps + 4)));
     }
 }
 

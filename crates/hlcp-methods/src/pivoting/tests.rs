@@ -1,13 +1,14 @@
 //! Circles of active sets, columns that are singular, free unknowns, and the time that is left.
 
-use std::time::Duration;
+#[cfg(feature = "direct")]
+use std::{collections::BTreeMap, time::Duration};
 
-use hlcp_core::{Csr, Identity, Omega, RowMajor, Tridiagonal};
+use hlcp_core::{Identity, Omega, RowMajor, Tridiagonal};
 use nalgebra::{DMatrix, DVector, dmatrix};
 use proptest::{collection::vec, prelude::*, strategy::ValueTree, test_runner::TestRunner};
 
 use super::*;
-use crate::{DynRows, Solver};
+use crate::{DynRows, Limits, Options, Solver, Status, testing::csr};
 
 /// Returns the method on operators behind `dyn`, for which it is compiled once.
 fn pivoting<'a>(
@@ -33,7 +34,7 @@ fn a_circle_of_active_sets_is_left() {
         let (mut q, mut start) = (vec![-100.0; n], vec![50.0_f64; n]);
         q[..3].fill(-1.0);
         start[..3].copy_from_slice(&[0.5, -0.5, -0.5]);
-        let outcome = solver.solve(&q, crate::Options::from_x(&start)).unwrap();
+        let outcome = solver.solve(&q, Options::from_x(&start)).unwrap();
         assert!(outcome.converged() && outcome.iterations <= 9, "{outcome}");
         // z = 0.4 where it went round.
         assert!(solver.z()[..3].iter().all(|z| (z - 0.4).abs() < 1e-15), "{:?}", solver.z());
@@ -60,9 +61,9 @@ proptest! {
         let q = load(&a, &DMatrix::identity(n, n), &planted);
         let one = Identity { order: n };
         let mut solver = pivoting(Hlcp::from_pair(&a, &one));
-        let limits = crate::Limits { iterations: 200, ..crate::Limits::default() };
+        let limits = Limits { iterations: 200, ..Limits::default() };
         let outcome = solver.solve(q.as_slice(), limits).unwrap();
-        prop_assert!(!matches!(outcome.status, crate::Status::Diverged(_)), "{outcome}");
+        prop_assert!(!matches!(outcome.status, Status::Diverged(_)), "{outcome}");
     }
 
     /// Skew parts that outweigh the rest send Newton's method round, and the way through the
@@ -90,7 +91,7 @@ proptest! {
         let load = |sign: f64| (0..n).map(|i| sign * of_row[i] * q[i]).collect::<Vec<_>>();
         let iterations = |a: DynRows<f64>, b: DynRows<f64>, q: &[f64]| {
             let mut solver = pivoting(Hlcp::from_pair(a, b));
-            let outcome = solver.solve(q, crate::Limits::default()).unwrap();
+            let outcome = solver.solve(q, Limits::default()).unwrap();
             (outcome.converged(), outcome.iterations)
         };
         let found =
@@ -118,19 +119,6 @@ fn load(a: &DMatrix<f64>, b: &DMatrix<f64>, planted: &[(bool, f64)]) -> DVector<
     b * of(false) - a * of(true)
 }
 
-/// The matrix of the entries of rows that are not zero.
-fn csr<R: IntoIterator<Item = (usize, f64)>>(rows: impl Iterator<Item = R>) -> Csr<'static, f64> {
-    let (mut offsets, mut columns, mut values) = (vec![0], vec![], vec![]);
-    for row in rows {
-        for (j, a) in row.into_iter().filter(|entry| entry.1 != 0.0) {
-            columns.push(j);
-            values.push(a);
-        }
-        offsets.push(columns.len());
-    }
-    Csr::new(offsets, columns, values).unwrap()
-}
-
 /// Asserts that elimination solves all but a fifteenth of the problems that are drawn: of 720, six
 /// were lost to rounding, and of 1000 with networks one.
 fn nearly_all_are_solved<S: Strategy>(
@@ -145,7 +133,7 @@ fn nearly_all_are_solved<S: Strategy>(
             |a: &DMatrix<f64>| csr(a.row_iter().map(|row| row.into_iter().copied().enumerate()));
         let [a, b] = [&a, &b].map(sparse);
         let mut solver = pivoting(Hlcp::from_pair(&a, &b));
-        let outcome = solver.solve(q.as_slice(), crate::Limits::default()).unwrap();
+        let outcome = solver.solve(q.as_slice(), Limits::default()).unwrap();
         outcome.converged() && outcome.iterations <= 200
     };
     let solved = (0..count).filter(is_solved).count();
@@ -242,7 +230,7 @@ proptest! {
         let (first, n) = (pipes.len(), pipes.len() + m * m);
         let right = (0..m * m).filter(|k| k % m + 1 < m).map(|k| [k, k + 1]);
         let ends = right.chain((0..m * m - m).map(|k| [k, k + m]));
-        let mut rows = vec![std::collections::BTreeMap::new(); n];
+        let mut rows = vec![BTreeMap::new(); n];
         for (k, ([from, to], &(turned, resistance))) in ends.zip(&pipes).enumerate() {
             let sign = if turned { -1.0 } else { 1.0 };
             rows[k].extend([(k, 10_f64.powf(resistance)), (first + from, -sign)]);
@@ -254,10 +242,10 @@ proptest! {
             row.insert(i, leak);
         }
         let scaled = |entry: &dyn Fn(usize, usize, f64) -> f64| {
-            let row = |(i, row): (usize, &std::collections::BTreeMap<usize, f64>)| {
+            let row = |(i, row): (usize, &BTreeMap<usize, f64>)| {
                 row.iter().map(|(&j, &a)| (j, entry(i, j, a))).collect::<Vec<_>>()
             };
-            csr(rows.iter().enumerate().map(row))
+            csr::<f64, _>(rows.iter().enumerate().map(row))
         };
         let a = scaled(&|_, j, a| a * 10_f64.powi(of_z[j]));
         let b = scaled(&|i, j, a| {
@@ -276,7 +264,7 @@ proptest! {
             prop_assert!(off <= if j < first { 0.0 } else { 1e-14 }, "{j} {factor} {expected}");
         }
         let mut solver = Solver::new(Pivoting::new(problem).unwrap());
-        let outcome = solver.solve(&q, crate::Limits::default()).unwrap();
+        let outcome = solver.solve(&q, Limits::default()).unwrap();
         // A hundred inside, and as many that change signs.
         prop_assert!(outcome.converged() && outcome.iterations <= 200, "{outcome}");
     }
@@ -295,8 +283,8 @@ fn programs_without_a_solution_come_to_an_end() {
     ] {
         let one = Identity { order: q.len() };
         let mut solver = pivoting(Hlcp::from_pair(&a, &one));
-        let outcome = solver.solve(&q, crate::Limits::default()).unwrap();
-        assert!(outcome.status == crate::Status::Stagnated && outcome.iterations < 50, "{outcome}");
+        let outcome = solver.solve(&q, Limits::default()).unwrap();
+        assert!(outcome.status == Status::Stagnated && outcome.iterations < 50, "{outcome}");
     }
 }
 
@@ -307,7 +295,7 @@ fn singular_columns_of_the_start_are_left_for_the_others() {
     let a = RowMajor::new(2, vec![2.0, -1.0, -1.0, 2.0]).unwrap();
     let b = RowMajor::new(2, vec![1.0, -1.0, -1.0, 1.0]).unwrap();
     let mut solver = pivoting(Hlcp::new(&a, &b, Omega::Uniform(1.0)));
-    let start = crate::Options::from_solution(&[0.0, 0.0], &[2.0_f64, 1.0]);
+    let start = Options::from_solution(&[0.0, 0.0], &[2.0_f64, 1.0]);
     let outcome = solver.solve(&[1.0, -1.05], start).unwrap();
     assert!(outcome.converged() && outcome.iterations <= 4, "{outcome}");
     assert!((solver.z()[1] - 0.05).abs() + (solver.r()[0] - 0.95).abs() < 1e-14);
@@ -326,7 +314,7 @@ fn a_symmetric_matrix_that_is_not_definite_is_solved() {
     let q: Vec<f64> = (0..n).map(|i| -diagonal(i) * z(i) - 3.0 * beside(i)).collect();
     let one = Identity { order: n };
     let mut solver = pivoting(Hlcp::new(&a, &one, Omega::Uniform(1.0)));
-    let outcome = solver.solve(&q, crate::Limits::default()).unwrap();
+    let outcome = solver.solve(&q, Limits::default()).unwrap();
     assert!(outcome.converged() && outcome.iterations <= 3, "{outcome}");
     assert!((0..n).all(|i| (solver.z()[i] - z(i)).abs() < 1e-9));
 }
@@ -336,20 +324,16 @@ fn a_symmetric_matrix_that_is_not_definite_is_solved() {
 #[cfg(feature = "direct")]
 fn an_elimination_that_would_outlast_the_limit_is_not_begun() {
     let n = 8000;
-    let (mut offsets, mut columns, mut values) = (vec![0], vec![], vec![]);
-    for i in 0..n {
+    let row = |i: usize| {
         let beside = [31 * i + 7, 173 * i + 11, 1009 * i + 5, i * i / 3].map(|j| (j % n, -0.5));
-        let row: std::collections::BTreeMap<_, _> = beside.into_iter().chain([(i, 4.0)]).collect();
-        columns.extend(row.keys());
-        values.extend(row.values());
-        offsets.push(columns.len());
-    }
-    let a = Csr::<f64>::new(offsets, columns, values).unwrap();
+        BTreeMap::from_iter(beside.into_iter().chain([(i, 4.0)]))
+    };
+    let a = csr::<f64, _>((0..n).map(row));
     let one = Identity { order: n };
     let mut solver = pivoting(Hlcp::new(&a, &one, Omega::Uniform(1.0)));
-    let limits = crate::Limits { time: Some(Duration::from_secs(1)), ..crate::Limits::default() };
+    let limits = Limits { time: Some(Duration::from_secs(1)), ..Limits::default() };
     let outcome = solver.solve(&[-1.0; 8000], limits).unwrap();
-    assert_eq!((outcome.status, outcome.sweeps), (crate::Status::TimeLimit, 0));
+    assert_eq!((outcome.status, outcome.sweeps), (Status::TimeLimit, 0));
     let forgone = outcome.forgone.unwrap();
     assert!(forgone.seconds > forgone.left.as_secs_f64() && forgone.bytes > 1e6, "{forgone:?}");
     assert!(outcome.to_string().contains("an elimination was not begun"), "{outcome}");
@@ -367,7 +351,7 @@ fn a_strip_takes_a_few_eliminations() {
     let mut solver = pivoting(Hlcp::new(&a, &b, Omega::Uniform(2.0)));
     for start in [1.0, -1.0] {
         let from = [start; 60];
-        let outcome = solver.solve(&q, crate::Options::from_x(&from)).unwrap();
+        let outcome = solver.solve(&q, Options::from_x(&from)).unwrap();
         assert!(outcome.converged() && outcome.iterations <= 8, "{outcome}");
     }
 }
