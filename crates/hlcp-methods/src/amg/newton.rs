@@ -80,7 +80,7 @@ impl<T: Scalar> Steps<T> {
         self.sweeps as f64 + self.amg.walks()
     }
 
-    /// Measures F at `x`.
+    /// Overwrites `f` with F(x), and returns the norms of `A z − B r + q`.
     pub(super) fn measure<A, B>(&mut self, problem: &Hlcp<T, A, B>, q: &[T], x: &[T]) -> Norms
     where
         A: LinearOperator<T>,
@@ -94,7 +94,7 @@ impl<T: Scalar> Steps<T> {
             let square = |(&f, &weight): (&T, &T)| (f * weight).wide().powi(2);
             self.size = self.f.iter().zip(weights).map(square).sum::<f64>().sqrt();
         }
-        norms
+        norms.divided_by(problem.gamma())
     }
 
     /// Takes a step from `x`; whether it got anywhere before the clock was up.
@@ -117,10 +117,9 @@ impl<T: Scalar> Steps<T> {
             exact_sweep(problem, self.scaling.as_ref(), q, x, &mut self.s, k % 2 == 1);
         }
         self.sweeps += 2 * pairs;
-        let norms = self.measure(problem, q, x);
+        let residual = self.measure(problem, q, x).l2;
         self.halved = self.size <= 0.5 * self.best;
         self.best = self.best.min(self.size);
-        let residual = norms.divided_by(problem.gamma()).l2;
         let forcing = forcing::<T>(residual, clock.goal, self.flips > 0);
         let goal = (forcing, clock.iterations(WORTH, INNER));
         let jacobian = Jacobian::new(problem, x);
@@ -176,7 +175,7 @@ impl<T: Scalar> Steps<T> {
 ///
 /// An iteration takes a defect, a pair of sweeps or four, another defect and the linear solve;
 /// [`work`](Method::work) counts all of it, set-ups and start included, in walks over the rows.
-/// Storage: `4n` numbers, `n` more on a grid unless Ω = D_A D_B⁻¹, `2n` of scratch, [`Amg`]'s and
+/// Storage: `3n` numbers, `n` more on a grid unless Ω = D_A D_B⁻¹, `2n` of scratch, [`Amg`]'s and
 /// the base's; the start takes as much again for a while.
 ///
 /// # Convergence
@@ -216,7 +215,6 @@ pub struct AmgNewton<T, M> {
     base: M,
     steps: Steps<T>,
     safeguard: Safeguard<T>,
-    between: Vec<T>,
     pub(super) base_iterations: usize,
     /// The walks of the start on coarser problems.
     started: f64,
@@ -237,10 +235,8 @@ where
     pub fn new(base: M) -> Result<Self, Error> {
         base.problem().on_one_rank("algebraic multigrid")?;
         let steps = Steps::new(base.problem())?;
-        let n = steps.f.len();
         Ok(Self {
-            safeguard: Safeguard::new(n),
-            between: vec![T::zero(); n],
+            safeguard: Safeguard::new(steps.f.len()),
             base,
             steps,
             base_iterations: 0,
@@ -301,19 +297,18 @@ where
     }
 
     fn residual(&mut self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
-        let problem = self.base.problem();
-        Some(self.steps.measure(problem, q.entries(), x).divided_by(problem.gamma()))
+        Some(self.steps.measure(self.base.problem(), q.entries(), x))
     }
 
     fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
         if self.safeguard.rests() {
             self.base_iterations += 1;
-            return iterate(&mut self.base, q, x, y, &mut self.between, clock);
+            return iterate(&mut self.base, q, x, y, &mut self.steps.f, clock);
         }
         let problem = self.base.problem();
         // The residual is measured in the units of rows that are found here.
         let is_oriented = self.steps.amg.orient(problem, clock).is_some();
-        let norms = self.steps.measure(problem, q.entries(), x).divided_by(problem.gamma());
+        let norms = self.steps.measure(problem, q.entries(), x);
         y.copy_from_slice(x);
         if !is_oriented {
             return norms;
@@ -340,7 +335,7 @@ where
             self.safeguard.end();
             self.steps.plain = !self.steps.plain;
             self.base_iterations += 1;
-            let _ = iterate(&mut self.base, q, &self.safeguard.best, y, &mut self.between, clock);
+            let _ = iterate(&mut self.base, q, &self.safeguard.best, y, &mut self.steps.f, clock);
         }
         norms
     }
