@@ -92,8 +92,7 @@ pub(crate) struct Cholesky {
     upper: Transposed,
     symbolic: Option<Arc<SymbolicCholesky<usize>>>,
     numeric: Option<Vec<f64>>,
-    /// The signs of the pivots, and what diagonals without an entry have been given.
-    signs: Vec<i8>,
+    /// What diagonals without an entry have been given.
     shares: Vec<f64>,
 }
 
@@ -159,7 +158,6 @@ impl Cholesky {
             upper,
             symbolic: None,
             numeric: None,
-            signs: vec![],
             shares: vec![],
         };
         cholesky.fill();
@@ -275,10 +273,10 @@ impl Cholesky {
         let (matrix, stack) =
             (SparseColMatRef::new(pattern, &self.upper.values), MemStack::new(&mut room));
         let sign = |&j: &usize| if self.divisors[j] > 0.0 { 1 } else { -1 };
-        self.signs = self.some.iter().map(sign).collect();
+        let signs: Vec<i8> = self.some.iter().map(sign).collect();
         // A pivot of another sign is replaced by one that is not finite, and that is an error.
-        let signs = LdltRegularization {
-            dynamic_regularization_signs: Some(&self.signs),
+        let regularization = LdltRegularization {
+            dynamic_regularization_signs: Some(&signs),
             dynamic_regularization_delta: f64::INFINITY,
             dynamic_regularization_epsilon: 0.0,
         };
@@ -287,7 +285,7 @@ impl Cholesky {
             &mut values,
             matrix,
             Side::Upper,
-            signs,
+            regularization,
             par,
             stack,
             settings,
@@ -315,7 +313,7 @@ impl Cholesky {
             x
         };
         let mut x = answer(&rest);
-        if self.signs.contains(&-1) {
+        if self.some.iter().any(|&j| self.divisors[j] <= 0.0) {
             // Pivots of both signs let rounding grow: what it has left is solved for again.
             for i in 0..self.some.len() {
                 for (j, a) in self.upper.row(i) {
