@@ -184,11 +184,6 @@ impl<'c> Clock<'c> {
         (self.granted / worth).clamp(most / 10, most)
     }
 
-    /// The same clock of a solve that ends at this residual, or at that time.
-    pub(crate) fn towards(self, goal: f64, until: Option<Instant>) -> Self {
-        Self { goal, until, ..self }
-    }
-
     /// Returns whether an elimination of such a cost would end in time; if not, the clock is up,
     /// and the outcome says so.
     pub(crate) fn has_time_for(&mut self, cost: Cost) -> bool {

@@ -177,8 +177,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         }
         let observer = observer.map(|observer| observer.0);
         let ranks = if watched { problem.strip().cloned() } else { None };
-        let goal = test.asked();
-        let (ended, forgone) = (None, None);
+        let (goal, ended, forgone) = (test.asked, None, None);
         let mut pace = Pace { limits: &limits, goal, begun, observer, ended, forgone, ranks };
         let ended = self.iterate(&q, &mut test, &mut pace);
         let is_close = !matches!(ended.status, Status::Converged | Status::Diverged(_));
@@ -207,17 +206,16 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
                 Outcome { answer, sweeps, linear_iterations, ..outcome }
             };
             let Look { norms, accepted, lost } = self.look(k, q, test, pace);
-            if let Some(residual) = accepted {
-                self.note(k, norms, pace);
-                return ended(Status::Converged, k, residual);
-            }
             // A step that was cut short leaves nothing that means anything in `next`.
             let cut = pace.ended.is_some();
+            self.note(k, norms, pace);
+            if let Some(residual) = accepted {
+                return ended(Status::Converged, k, residual);
+            }
             let best = self.monitor.is_best(k, pace.limits.norm.of(norms), lost);
             if best {
                 answer = k;
             }
-            self.note(k, norms, pace);
             let Some(status) = self.ends(k, q, norms, cut, test, pace) else {
                 self.advance(q, best);
                 continue;
@@ -366,7 +364,8 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             }
             pace.is_up()
         };
-        let mut clock = Clock::new(&mut ask).towards(goal, until);
+        let mut clock = Clock::new(&mut ask);
+        (clock.goal, clock.until) = (goal, until);
         let norms = method.step(q, x, next, &mut clock);
         if let Some(forgone) = clock.forgone {
             let is_up = clock.is_up();

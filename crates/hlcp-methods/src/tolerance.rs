@@ -16,7 +16,8 @@ const NEAR: f64 = 100.0;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Test {
     norm: Norm,
-    asked: f64,
+    /// The residual that is asked for, apart from rounding.
+    pub(crate) asked: f64,
     /// The largest residual that rounding may excuse.
     cap: f64,
     /// The factor of `size`, and `‖q‖ + a‖z‖ + b‖r‖` at some recent iterate.
@@ -58,11 +59,6 @@ impl Test {
             refused: f64::INFINITY,
             next: 0,
         })
-    }
-
-    /// The residual that is asked for, apart from rounding.
-    pub(crate) fn asked(&self) -> f64 {
-        self.asked
     }
 
     /// Measures the size of the residual's terms at `x`, if rounding may excuse a residual.
