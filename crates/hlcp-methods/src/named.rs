@@ -326,12 +326,10 @@ fn refuse(
 }
 
 impl Relaxed {
-    fn on<'p, T, A, B>(&self, problem: Hlcp<T, A, B>) -> Result<BoxedMethod<'p, T, A, B>, Error>
-    where
-        T: Scalar,
-        A: Rows<T> + 'p,
-        B: Rows<T> + 'p,
-    {
+    fn on<'p, T: Scalar, A: Rows<T> + 'p, B: Rows<T> + 'p>(
+        &self,
+        problem: Hlcp<T, A, B>,
+    ) -> Result<BoxedMethod<'p, T, A, B>, Error> {
         Ok(match self.steps(&problem)?[..] {
             [first, second] => Box::new(Tmms::new(problem, first, second)?),
             [first, ..] => Box::new(Mms::new(problem, first)?),
@@ -340,12 +338,10 @@ impl Relaxed {
     }
 
     /// The steps of one iteration.
-    fn steps<T, A, B>(&self, problem: &Hlcp<T, A, B>) -> Result<Vec<Aor<T>>, Error>
-    where
-        T: Scalar,
-        A: LinearOperator<T>,
-        B: LinearOperator<T>,
-    {
+    fn steps<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
+        &self,
+        problem: &Hlcp<T, A, B>,
+    ) -> Result<Vec<Aor<T>>, Error> {
         let aor = |[alpha, beta]: [f64; 2]| {
             let aor = Aor::new(T::of(alpha), T::of(beta))?;
             if self.red_black { aor.red_black(problem.grid()?[0]) } else { Ok(aor) }
