@@ -398,10 +398,7 @@ impl<T: Scalar> Lu<T> {
     /// The factors of a matrix.
     pub(super) fn of(matrix: &Matrix<T>) -> Self {
         let mut lu = Self::zeros(matrix.order());
-        lu.factorise(|i, each| {
-            each(i, matrix.diagonal[i]);
-            matrix.off(i).for_each(|(j, a)| each(j, a));
-        });
+        lu.factorise(|i, each| matrix.visit_row(i, each));
         lu
     }
 
