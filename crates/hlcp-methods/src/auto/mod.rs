@@ -246,9 +246,9 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         self.candidates[self.at].choice
     }
 
-    /// The place of elimination among the methods, if it can be had.
-    fn pivoting(&self) -> Option<usize> {
-        self.candidates.iter().position(|each| each.choice == AutoChoice::Pivoting)
+    /// The place of a method among those that may take turns.
+    fn place(&self, choice: AutoChoice) -> Option<usize> {
+        self.candidates.iter().position(|each| each.choice == choice)
     }
 
     /// Sets up a method, if it has not been.
@@ -331,7 +331,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     /// where factors are hardly more than the matrices; returns whether it does. The iterate `y` of
     /// the method at work is put aside.
     fn takes_up_elimination(&mut self, y: &[T]) -> bool {
-        let Some(at) = self.pivoting() else { return false };
+        let Some(at) = self.place(AutoChoice::Pivoting) else { return false };
         let may_be_net = std::mem::take(&mut self.may_be_net);
         let net = may_be_net.then(|| Pivoting::without_fill(&self.problem)).flatten();
         if let Some(pivoting) = net {

@@ -33,8 +33,7 @@ fn strip() -> (FivePoint<Varying<f64>>, FivePoint<Varying<f64>>, Vec<f64>) {
 fn sweeps(window: usize, turns: usize) -> usize {
     let (a, b, q) = strip();
     let mut auto = auto(&a, &b);
-    let is_own = |each: &Candidate<_, _, _>| each.choice == AutoChoice::AmgNewton;
-    let own = auto.candidates.iter().position(is_own).unwrap();
+    let own = auto.place(AutoChoice::AmgNewton).unwrap();
     auto.candidates[own].window = window;
     let q = Rhs::new(&q).unwrap();
     let [mut x, mut y] = [(); 2].map(|()| vec![0.0; q.entries().len()]);
@@ -131,8 +130,7 @@ fn a_restart_forgets_what_an_elimination_costs() {
         auto.candidates.iter().map(|each| (each.promise, each.window)).collect()
     };
     let before = prospects(&auto);
-    let is_direct = |each: &Candidate<_, _, _>| each.choice == AutoChoice::Pivoting;
-    let at = auto.candidates.iter().position(is_direct).unwrap();
+    let at = auto.place(AutoChoice::Pivoting).unwrap();
     for _ in 0..2 {
         auto.set_up(at).unwrap();
         assert!(auto.appraise(at) && !auto.appraise(at), "{:?}", prospects(&auto));
