@@ -52,10 +52,7 @@ impl Flow {
             (0..n as u32).filter(|&i| waits[i as usize] == 0).map(Reverse).collect();
         let (mut order, mut done, mut first) = (Vec::with_capacity(n), vec![false; n], 0);
         while order.len() < n {
-            let i = match free.pop() {
-                Some(Reverse(i)) => i,
-                None => first,
-            };
+            let i = free.pop().map_or(first, |Reverse(i)| i);
             first += u32::from(i == first);
             if std::mem::replace(&mut done[i as usize], true) {
                 continue;
