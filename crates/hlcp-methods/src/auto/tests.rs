@@ -2,7 +2,7 @@
 
 use std::{f64::consts::TAU, time::Instant};
 
-use hlcp_core::{FivePoint, Identity, Omega, RowMajor, Tridiagonal, Varying};
+use hlcp_core::{FivePoint, Identity, Omega, RowMajor, Tridiagonal};
 use hlcp_verify::Film;
 
 use super::*;
@@ -16,22 +16,17 @@ fn auto<'a>(
     Auto::new(Hlcp::from_pair(a, b).unwrap()).unwrap()
 }
 
-/// A long strip whose gap is rough.
-fn strip() -> (FivePoint<Varying<f64>>, FivePoint<Varying<f64>>, Vec<f64>) {
-    let film = Film::new([140, 170], [1.0, 0.1], 1.0, 1.0).with_gap(|x, y| {
+/// Returns the sweeps of algebraic multigrid on a long strip whose gap is rough, where its first
+/// turn takes about `window`, after as many `turns` of its own, the last of which ends the solve.
+fn sweeps(window: usize, turns: usize) -> usize {
+    let strip = Film::new([140, 170], [1.0, 0.1], 1.0, 1.0).with_gap(|x, y| {
         let height = |k: usize| {
             let [u, v, phase] = [7, 11, 13].map(|by| (by * k * k % 59) as f64);
             0.2 * (u * x + v * y + phase).sin()
         };
         (1.5 - x + (1..13).map(height).sum::<f64>()).max(0.1)
     });
-    film.pose().unwrap()
-}
-
-/// Returns the sweeps of algebraic multigrid where its first turn takes about `window`, after
-/// as many `turns` of its own, the last of which ends the solve.
-fn sweeps(window: usize, turns: usize) -> usize {
-    let (a, b, q) = strip();
+    let (a, b, q) = strip.pose().unwrap();
     let mut auto = auto(&a, &b);
     let own = auto.place(AutoChoice::AmgNewton).unwrap();
     auto.candidates[own].window = window;
