@@ -186,14 +186,6 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
         // A residual that is NaN is not below 1 either.
         (inner.residual < 1.0 && y.iter().all(|y| y.is_finite())).then_some(flips)
     }
-
-    /// Ends the phase: overwrites `y` with what the base makes of the best iterate, and lets the
-    /// base go on.
-    fn fall_back(&mut self, q: &Rhs<'_, T>, y: &mut Vec<T>, clock: &mut Clock<'_>) {
-        self.safeguard.end();
-        self.base_iterations += 1;
-        let _ = iterate(&mut self.base, q, &self.safeguard.best, y, &mut self.f, clock);
-    }
 }
 
 impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Newton<T, M, P> {
@@ -262,7 +254,10 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Ne
             self.nested = ways == self.ways && ways[0] != ways[1];
             self.ways = ways;
         } else if !clock.is_up() {
-            self.fall_back(q, y, clock);
+            // What the base makes of the best iterate of the phase, and the base goes on.
+            self.safeguard.end();
+            self.base_iterations += 1;
+            let _ = iterate(&mut self.base, q, &self.safeguard.best, y, &mut self.f, clock);
         }
         norms
     }

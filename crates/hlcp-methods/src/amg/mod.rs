@@ -206,7 +206,8 @@ impl<T: Scalar> Amg<T> {
         }
         self.active.clear();
         self.active.extend(active);
-        self.discard();
+        // What the last one has cost stays.
+        (self.walks, self.hierarchy) = (self.walks(), None);
         let Some(carries) = self.orient(jacobian.problem(), clock) else { return };
         let Some(mut matrix) = self.assemble(jacobian, clock) else { return };
         let void: Vec<bool> =
@@ -264,12 +265,6 @@ impl<T: Scalar> Amg<T> {
     /// The walks over the rows of J that set-ups and cycles were worth.
     pub(crate) fn walks(&self) -> f64 {
         self.walks + self.hierarchy.as_ref().map_or(0.0, Hierarchy::walks)
-    }
-
-    /// Drops the hierarchy, but not what it has cost.
-    fn discard(&mut self) {
-        self.walks = self.walks();
-        self.hierarchy = None;
     }
 
     /// Forgets the hierarchy, and counts from zero.
