@@ -231,7 +231,7 @@ impl<T: Scalar> Source<T> for VaryingRows<'_, T> {
 
     #[inline(always)]
     fn load(&self, j: usize, columns: Range<usize>, loaded: &mut Stretch<T>) {
-        let Grid { nx, ny, round, .. } = self.grid;
+        let Grid { nx, ny, round: [_, round], .. } = self.grid;
         let stretch = j * nx + columns.start..j * nx + columns.end;
         let pairs = self.a.iter().zip(&mut loaded.a).chain(self.b.iter().zip(&mut loaded.b));
         for (from, to) in pairs {
@@ -242,7 +242,7 @@ impl<T: Scalar> Source<T> for VaryingRows<'_, T> {
         if let Coefficients::Each(omega) = self.omega {
             // Beyond the grid's edge any number serves, unless it closes.
             for (k, to) in loaded.omega.iter_mut().enumerate() {
-                let row = match (j + k, round[1]) {
+                let row = match (j + k, round) {
                     (0, true) => ny - 1,
                     (above, true) if above > ny => 0,
                     (row, _) => row.clamp(1, ny) - 1,
@@ -251,17 +251,10 @@ impl<T: Scalar> Source<T> for VaryingRows<'_, T> {
                 let (start, end) = (columns.start.max(1) - 1, (columns.end + 1).min(nx));
                 let (at, count) = (start + 1 - columns.start, end - start);
                 to[at..at + count].copy_from_slice(&row[start..end]);
-                if round[0] && columns.start == 0 {
-                    to[0] = row[nx - 1];
-                }
-                if round[0] && columns.end == nx {
-                    to[columns.len() + 1] = row[0];
-                }
             }
-            let at = [(columns.start == 0, 0), (columns.end == nx, stretch.len() + 1)];
-            for (beside, (_, place)) in self.omega_beside.iter().zip(at).filter(|(_, at)| at.0) {
-                beside.get(j).into_iter().for_each(|&omega| loaded.omega[1][place] = omega);
-            }
+            let [west, east] = self.grid.ends(omega, self.omega_beside, j, &columns);
+            west.into_iter().for_each(|omega| loaded.omega[1][0] = omega);
+            east.into_iter().for_each(|omega| loaded.omega[1][stretch.len() + 1] = omega);
         }
     }
 
