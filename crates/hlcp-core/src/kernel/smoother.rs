@@ -38,16 +38,11 @@ use crate::{
 #[doc(hidden)]
 #[derive(Debug, Clone, Copy)]
 pub struct Smoother<'a, T> {
-    sweep: Sweep<'a, T>,
+    /// A problem's sweep, with Ω = D_A D_B⁻¹.
+    pub(crate) sweep: Sweep<'a, T>,
 }
 
-impl<'a, T: Scalar> Smoother<'a, T> {
-    /// Takes a problem's sweep, with Ω = D_A D_B⁻¹, on the threads of the current pool if
-    /// `parallel`.
-    pub(crate) fn of_sweep(sweep: Sweep<'a, T>, parallel: bool) -> Self {
-        Self { sweep: Sweep { parallel, ..sweep } }
-    }
-
+impl<T: Scalar> Smoother<'_, T> {
     /// Overwrites `y` with what a sweep makes of `x`, where `f` is a factor and the vector that it
     /// multiplies.
     pub fn relax(&self, backward: bool, f: Multiple<'_, T>, x: &[T], y: &mut [T]) {

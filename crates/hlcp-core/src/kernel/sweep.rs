@@ -25,7 +25,7 @@ pub(crate) struct Sweep<'a, T> {
     pub(super) omega_beside: [&'a [T]; 2],
     pub(super) gamma: T,
     pub(super) q_factor: T,
-    pub(super) parallel: bool,
+    pub(crate) parallel: bool,
     pub(super) shared: Option<&'a Shared<T>>,
 }
 

@@ -50,7 +50,8 @@ impl<'a, T: Scalar> Smoother<'a, T> {
         parallel: bool,
     ) -> Result<Self, Error> {
         let sweep = problem.sweep()?;
-        let sweep = scaling.map_or(sweep, |scaling| sweep.scaled(scaling));
-        Ok(Self::of_sweep(sweep, parallel))
+        let mut sweep = scaling.map_or(sweep, |scaling| sweep.scaled(scaling));
+        sweep.parallel = parallel;
+        Ok(Self { sweep })
     }
 }
