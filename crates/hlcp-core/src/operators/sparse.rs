@@ -1,4 +1,4 @@
-use nalgebra_sparse::{CscMatrix, CsrMatrix, na::DMatrix};
+use nalgebra_sparse::{CscMatrix, CsrMatrix, SparseEntry, na::DMatrix};
 
 use super::{Csr, Diagonal, LinearOperator, Rows};
 use crate::numbers::{Error, Scalar, assert_lengths};
@@ -39,8 +39,7 @@ impl<T: Scalar> LinearOperator<T> for CsrMatrix<T> {
 
 impl<T: Scalar> Diagonal<T> for CsrMatrix<T> {
     fn diagonal_entry(&self, i: usize) -> T {
-        let row = self.row(i);
-        row.col_indices().binary_search(&i).map_or(T::zero(), |at| row.values()[at])
+        self.get_entry(i, i).map_or(T::zero(), SparseEntry::into_value)
     }
 }
 
@@ -98,8 +97,7 @@ impl<T: Scalar> LinearOperator<T> for CscMatrix<T> {
 
 impl<T: Scalar> Diagonal<T> for CscMatrix<T> {
     fn diagonal_entry(&self, i: usize) -> T {
-        let column = self.col(i);
-        column.row_indices().binary_search(&i).map_or(T::zero(), |at| column.values()[at])
+        self.get_entry(i, i).map_or(T::zero(), SparseEntry::into_value)
     }
 }
 
