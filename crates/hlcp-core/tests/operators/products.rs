@@ -18,17 +18,8 @@ fn is_matrix(operator: &(impl Rows<f64> + ?Sized), matrix: &DMatrix<f64>, x: &DV
     let n = matrix.nrows();
     assert_eq!(operator.order(), n);
     assert_eq!(check_operator(operator), Ok(()));
-    for i in 0..n {
-        let (mut row, mut last) = (vec![0.0; n], None);
-        operator.visit_row(i, &mut |j, a| {
-            assert!(last < Some(j), "row {i} visits {j} after {last:?}");
-            (row[j], last) = (a, Some(j));
-        });
-        for j in 0..n {
-            assert_eq!(row[j], matrix[(i, j)], "({i}, {j})");
-        }
-        assert_eq!(operator.diagonal_entry(i), matrix[(i, i)]);
-    }
+    assert_eq!(&assembled(&operator), matrix);
+    (0..n).for_each(|i| assert_eq!(operator.diagonal_entry(i), matrix[(i, i)]));
     if let Some(view) = operator.as_five_point() {
         // What it shows to fast sweeps is what its rows say.
         let [nx, ny] = view.grid().unwrap_or([n, 1]);
