@@ -180,29 +180,30 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         let (source, loaded, old) = (self.source, &self.loaded, self.old);
         let Grid { nx, ny, round, .. } = old.grid;
         let x = |j: usize, i: usize| old.x[j * nx + i];
+        let passed = |i: usize, backward| {
+            source.row::<ACCELERATED>(loaded, i - columns.start).passed(backward)
+        };
         let [first, last] = if BACKWARD { [nx - 1, 0] } else { [0, nx - 1] };
         if round[0] && columns.contains(&first) {
-            let [_, along] =
-                source.row::<ACCELERATED>(loaded, first - columns.start).passed(BACKWARD);
+            let [_, along] = passed(first, BACKWARD);
             y[first] -= part::<_, ACCELERATED>(along, x(j, last));
         }
         if round[0] && columns.contains(&last) {
-            let [_, along] =
-                source.row::<ACCELERATED>(loaded, last - columns.start).passed(!BACKWARD);
+            let [_, along] = passed(last, !BACKWARD);
             y[last] += part::<_, ACCELERATED>(along, x(j, first));
             self.along[k] = along;
         }
         let [first, last] = if BACKWARD { [ny - 1, 0] } else { [0, ny - 1] };
         if round[1] && j == first {
             for i in columns.clone() {
-                let row = source.row::<ACCELERATED>(loaded, i - columns.start);
-                y[i] -= part::<_, ACCELERATED>(row.passed(BACKWARD)[0], x(last, i));
+                let [across, _] = passed(i, BACKWARD);
+                y[i] -= part::<_, ACCELERATED>(across, x(last, i));
             }
         }
         if round[1] && j == last {
             for i in columns.clone() {
-                let row = source.row::<ACCELERATED>(loaded, i - columns.start);
-                y[i] += part::<_, ACCELERATED>(row.passed(!BACKWARD)[0], x(first, i));
+                let [across, _] = passed(i, !BACKWARD);
+                y[i] += part::<_, ACCELERATED>(across, x(first, i));
             }
         }
     }
@@ -217,8 +218,9 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         let Grid { nx, ny, round, .. } = self.old.grid;
         let length = columns.len();
         let height = band.len() / nx;
-        // The band's row that comes last in the sweep, and whether it is the grid's last.
-        let last = if BACKWARD { 0 } else { height - 1 };
+        // The band's row that comes k-th in the sweep, and the stretch of a row.
+        let row = |k: usize| if BACKWARD { height - 1 - k } else { k };
+        let at = |row: usize| row * nx + columns.start..row * nx + columns.end;
         let mut turn = None;
         let Edge { number, rows, turns } = edge;
         let closes = round[1] && (number + 1) * ROWS >= ny;
@@ -238,9 +240,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
             strip.take(from, &mut self.before);
         }
         let beside = self.before;
-        let before = |k: usize, row: &[T]| {
-            row.get(side).copied().unwrap_or(beside[if BACKWARD { height - 1 - k } else { k }])
-        };
+        let before = |k: usize, line: &[T]| line.get(side).copied().unwrap_or(beside[row(k)]);
         let alone = closes && height == ny;
         // Takes off the last row what it has from the sweep's first one.
         let (source, loaded) = (self.source, &mut self.loaded);
@@ -253,7 +253,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
             }
         };
         if let Some(first) = opening.filter(|_| closes && !alone) {
-            subtract(first, &mut band[last * nx..(last + 1) * nx][columns.clone()]);
+            subtract(first, &mut band[at(row(height - 1))]);
         }
         // The sweep's first point of a row, and its last one.
         let [first, final_] = if BACKWARD { [nx - 1, 0] } else { [0, nx - 1] };
@@ -275,22 +275,17 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
             link.skewed(self.arch, passed, start, rows, closed);
         } else {
             for k in 0..height {
-                let row = if BACKWARD { height - 1 - k } else { k };
                 if alone && k + 1 == height {
-                    let opening = if BACKWARD { height - 1 } else { 0 };
                     let mut opened = *zeros();
-                    opened[..length].copy_from_slice(&band[opening * nx..][columns.clone()]);
-                    subtract(
-                        &opened[..length],
-                        &mut band[row * nx..(row + 1) * nx][columns.clone()],
-                    );
+                    opened[..length].copy_from_slice(&band[at(row(0))]);
+                    subtract(&opened[..length], &mut band[at(row(k))]);
                 }
-                let (south, rest) = band.split_at_mut(row * nx);
+                let (south, rest) = band.split_at_mut(row(k) * nx);
                 let (line, north) = rest.split_at_mut(nx);
                 let across = match k {
                     0 => passed,
                     _ if BACKWARD => &north[columns.clone()],
-                    _ => &south[(row - 1) * nx..][columns.clone()],
+                    _ => &south[at(k - 1)],
                 };
                 let start = before(k, line);
                 let stretch = &mut line[columns.clone()];
@@ -308,10 +303,9 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         }
         if let Some(mut turn) = turn {
             let [passed, first] = &mut *turn.value;
-            let row = |row: usize| &band[row * nx..(row + 1) * nx][columns.clone()];
-            passed[..length].copy_from_slice(row(last));
+            passed[..length].copy_from_slice(&band[at(row(height - 1))]);
             if round[1] && number == 0 {
-                first[..length].copy_from_slice(row(if BACKWARD { height - 1 } else { 0 }));
+                first[..length].copy_from_slice(&band[at(row(0))]);
             }
             turn.pass();
         }
@@ -328,7 +322,7 @@ struct Ends<'a, T> {
 
 /// Pieces of `width` columns, the last one narrower, in the order of the sweep.
 #[inline(always)]
-fn pieces<const BACKWARD: bool>(
+pub(super) fn pieces<const BACKWARD: bool>(
     columns: Range<usize>,
     width: usize,
 ) -> impl Iterator<Item = Range<usize>> {
