@@ -14,6 +14,7 @@ use pulp::Arch;
 use super::{
     coefficients::Source,
     grid::{COLUMNS, Grid, Old, columns, zeros},
+    tile::pieces,
 };
 use crate::{
     numbers::{Scalar, Tallies, Totals, vectorised},
@@ -98,8 +99,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         // One row behind, so that the row after it has its first colour.
         for k in 0..=height {
             if k < height {
-                for start in (0..nx).step_by(S::CHUNK) {
-                    let columns = start..nx.min(start + S::CHUNK);
+                for columns in pieces::<false>(0..nx, S::CHUNK) {
                     let t = &mut band[k * nx..][columns.clone()];
                     self.prepare::<ACCELERATED>(first + k, columns, t, Some(tallies));
                 }
@@ -107,8 +107,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
             if k == 0 {
                 continue;
             }
-            for start in (0..nx).step_by(S::CHUNK) {
-                let columns = start..nx.min(start + S::CHUNK);
+            for columns in pieces::<false>(0..nx, S::CHUNK) {
                 let [before, after] = beside.each_mut().map(|t| &mut t[..columns.len()]);
                 if k == 1 && first > 0 {
                     self.prepare::<ACCELERATED>(first - 1, columns.clone(), before, None);

@@ -8,7 +8,7 @@ use super::{
     Sweep, Transfer,
     coefficients::Source,
     grid::{Bands, COLUMNS, Grid, Multiple, ROWS, columns, zeros},
-    tile::Around,
+    tile::{Around, pieces},
     transfer::WEIGHTED,
 };
 use crate::{
@@ -142,12 +142,11 @@ pub(super) struct Defects<'a, T, S: Source<T>> {
 impl<T: Scalar, S: Source<T>> Defects<'_, T, S> {
     /// Overwrites `d` with a stretch of row `j`, of at most [`COLUMNS`] columns.
     pub(super) fn row(&mut self, j: usize, columns: Range<usize>, d: &mut [T]) {
-        for start in columns.clone().step_by(S::CHUNK) {
-            let stretch = start..columns.end.min(start + S::CHUNK);
+        for stretch in pieces::<false>(columns.clone(), S::CHUNK) {
             let n = stretch.len();
-            let d = &mut d[start - columns.start..][..n];
+            let d = &mut d[stretch.start - columns.start..][..n];
             let (factor, f) = match self.f {
-                Some((factor, f)) => (factor, &f[j * self.nx + start..][..n]),
+                Some((factor, f)) => (factor, &f[j * self.nx + stretch.start..][..n]),
                 None => (T::zero(), &zeros()[..n]),
             };
             self.source.load(j, stretch.clone(), &mut self.loaded);
