@@ -104,12 +104,10 @@ impl<T: Scalar> Axis<T> {
             coarse: coarse.len(),
             lead,
             known: (self.fine - first).min(lead + fine.len() + WEIGHTED),
-            round: self.round,
             nearest: self.nearest[coarse.clone()].iter().map(|node| node - fine.start).collect(),
             weights: self.weights[first..2 * coarse.end + 4].to_vec(),
             cubic: cubic.map(|&(first, weights)| (first - west, weights)).collect(),
-            taps: self.taps,
-            ratio: self.ratio,
+            ..*self
         }
     }
 
@@ -302,8 +300,8 @@ impl<T: Scalar> Transfer<T> {
         let [x_axis, y_axis] = &self.axes;
         let width = x_axis.coarse;
         let (rows, weight) = y_axis.beside(j);
-        let mut start = 0;
-        loop {
+        // Once without coarse columns, too, which a rank with the last fine one may have.
+        for start in (0..width.max(1)).step_by(WIDTH) {
             let [columns, points] = x_axis.stretch(start);
             // With the columns to either side, zero beyond the grid.
             line[..columns.len() + 2].fill(T::zero());
@@ -330,10 +328,6 @@ impl<T: Scalar> Transfer<T> {
                 line[columns.len() + 1] = ends[1];
             }
             x_axis.interpolate([start, points.start], line, &mut fine[points]);
-            start = columns.end;
-            if start == width {
-                break;
-            }
         }
     }
 
