@@ -217,13 +217,10 @@ impl<T: Scalar, O: Rows<T>> Rows<T> for Shifted<T, O> {
     fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) {
         let mut pending = Some(self.by);
         self.of.visit_row(i, &mut |j, a| {
-            if j > i
-                && let Some(by) = pending.take()
-            {
+            if let Some(by) = pending.take_if(|_| j > i) {
                 visit(i, by);
             }
-            let shift = if j == i { pending.take() } else { None };
-            visit(j, shift.map_or(a, |by| a + by));
+            visit(j, pending.take_if(|_| j == i).map_or(a, |by| a + by));
         });
         if let Some(by) = pending {
             visit(i, by);

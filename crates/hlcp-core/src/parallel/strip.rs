@@ -325,8 +325,7 @@ impl Strip {
             if side == 0 {
                 self.ranks.send(other, &own[side]);
             }
-            theirs[side] = vec![T::zero(); received.len()];
-            narrow(&received, &mut theirs[side]);
+            theirs[side] = received.into_iter().map(T::of).collect();
         }
         theirs
     }
@@ -351,7 +350,7 @@ impl Strip {
         if let Some(other) = self.neighbour(side) {
             let mut numbers = [0.0; K];
             self.ranks.receive(other, &mut numbers);
-            narrow(&numbers, values);
+            *values = numbers.map(T::of);
         }
     }
 }
