@@ -2,7 +2,7 @@
 
 use crate::{
     common::Walked,
-    rows::{aors, taken},
+    rows::{aors, omegas, taken},
 };
 use hlcp_core::{Aor, DiagonalMatrix, FivePoint, Hlcp, Norms, Omega, Rhs, Rows, Step, Varying};
 use proptest::{collection::vec, prelude::*};
@@ -40,13 +40,9 @@ fn cases() -> impl Strategy<Value = Case> {
     sides().prop_flat_map(|(nx, ny)| {
         let n = nx * ny;
         let rows = move || prop_oneof![row().prop_map(move |row| std::vec![row; n]), vec(row(), n)];
-        let omega = prop_oneof![
-            (0.4..2.5).prop_map(Omega::Uniform),
-            vec(0.4..2.5, n).prop_map(Omega::Each)
-        ];
         let numbers = move || vec(-3.0..3.0, n);
         let more = (aors(Just(nx)), any::<[bool; 3]>());
-        ((rows(), rows(), omega, 0.5..4.0, numbers(), numbers()), more).prop_map(
+        ((rows(), rows(), omegas(n), 0.5..4.0, numbers(), numbers()), more).prop_map(
             move |((a, b, omega, gamma, q, x), (aor, [exchanged, round_x, round_y]))| {
                 let round = [round_x && nx >= 3, round_y && ny >= 3];
                 Case { nx, ny, a, b, omega, gamma, q, x, aor, exchanged, round }
@@ -76,36 +72,27 @@ impl Case {
     /// sum of the moduli of all terms, carried through 1/m; both computations do. An error of a
     /// passed value enters with its factor in the recurrence.
     fn rounding(&self, y: &[f64]) -> (Vec<f64>, f64) {
-        let (n, nx, [of_a, of_b]) = (self.x.len(), self.nx, self.aor.pairs());
+        let (n, [of_a, of_b]) = (self.x.len(), self.aor.pairs());
+        let (a, b) = (self.operator(&self.a), self.operator(&self.b));
         let mut bound = vec![0.0; n];
         let mut squares = 0.0;
         let mut order: Vec<usize> = (0..n).collect();
         // That of the sweep.
         order.sort_by(|&i, &j| self.aor.precedes(j, i).cmp(&self.aor.precedes(i, j)));
         for k in order {
-            let (i, j) = (k % nx, k / nx);
-            let [last_x, last_y] = [nx - 1, nx * (self.ny - 1)];
-            let around = [
-                if j > 0 { Some(k - nx) } else { self.round[1].then_some(k + last_y) },
-                if i > 0 { Some(k - 1) } else { self.round[0].then_some(k + last_x) },
-                Some(k),
-                if i < last_x { Some(k + 1) } else { self.round[0].then(|| k - last_x) },
-                if j + 1 < self.ny { Some(k + nx) } else { self.round[1].then(|| k - last_y) },
-            ];
             let pivot = self.a[k][2] / of_a[0] + self.b[k][2] * self.omega.entry(k) / of_b[0];
             let (mut of_defect, mut size, mut inherited) = (self.gamma * self.q[k].abs(), 0.0, 0.0);
-            for (direction, at) in around.into_iter().enumerate() {
-                let Some(at) = at else { continue };
-                let a = self.a[k][direction].abs();
-                let b = self.b[k][direction].abs() * self.omega.entry(at);
-                of_defect += 2.0 * (a + b) * self.x[at].abs();
+            let mut see = |[alpha, beta]: [f64; 2], at: usize, entry: f64| {
+                of_defect += 2.0 * entry * self.x[at].abs();
                 if self.aor.precedes(at, k) {
-                    let triangle = (of_a[1] / of_a[0]).abs() * a + (of_b[1] / of_b[0]).abs() * b;
-                    let factor = triangle + if self.aor.is_accelerated() { a + b } else { 0.0 };
+                    let modulus = if self.aor.is_accelerated() { 1.0 } else { 0.0 };
+                    let factor = ((beta / alpha).abs() + modulus) * entry;
                     size += factor * (self.x[at].abs() + y[at].abs());
                     inherited += factor * bound[at];
                 }
-            }
+            };
+            a.visit_row(k, &mut |at, a| see(of_a, at, a.abs()));
+            b.visit_row(k, &mut |at, b| see(of_b, at, b.abs() * self.omega.entry(at)));
             size += of_defect + pivot * (self.x[k].abs() + y[k].abs());
             bound[k] = (64.0 * f64::EPSILON * size + inherited) / pivot;
             squares += of_defect * of_defect;

@@ -74,9 +74,9 @@ const GRIDS: [[usize; 2]; 16] = [
 ];
 
 /// What `work` makes on one thread; on others it must be the same bits.
-fn on_any_threads<R: PartialEq + std::fmt::Debug + Send>(work: impl Fn(bool) -> R + Sync) -> R {
+pub(crate) fn on_any_threads<R: PartialEq + Send>(work: impl Fn(bool) -> R + Sync) -> R {
     let alone = work(false);
-    for threads in [1, 2, 4] {
+    for threads in [1, 2, 3, 4, 7] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         assert!(pool.install(|| work(true)) == alone, "{threads} threads");
     }
