@@ -13,9 +13,8 @@ use crate::{
         Error, Meter, Norms, Part, Rhs, Scalar, Stretches, Tally, all_finite, assert_lengths,
         check_orders, positive,
     },
-    operators::{FivePointView, Identity, LinearOperator, Omega, Rows},
+    operators::{FivePointView, Identity, LinearOperator, Omega, Rows, RowsOf},
     parallel::{Claims, Shared, Strip, team, totals},
-    rows::Known,
 };
 
 /// Unknowns that one thread recovers in one go.
@@ -322,9 +321,10 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         Ok([a, b])
     }
 
-    /// Returns the rows of both operators, if these have them assembled or are diagonal.
-    pub(crate) fn known(&self) -> Option<[Known<'_, T>; 2]> {
-        Some([Known::new(&self.a)?, Known::new(&self.b)?])
+    /// Works on the rows of both operators, if these have them assembled or are diagonal.
+    pub(crate) fn on_known_rows<R>(&self, work: impl FnOnce([RowsOf<'_, T>; 2]) -> R) -> Option<R> {
+        let (a, b) = (self.a.as_csr(), self.b.as_csr());
+        Some(work([RowsOf::known(&self.a, a.as_ref())?, RowsOf::known(&self.b, b.as_ref())?]))
     }
 
     /// Returns the operator `A`, after an exchange the posed problem's `B`.

@@ -112,7 +112,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// The product of another operator may contradict its rows.
     #[doc(hidden)]
     pub fn has_known_rows(&self) -> bool {
-        self.sweep().is_ok() || self.known().is_some()
+        self.sweep().is_ok() || self.on_known_rows(|_| ()).is_some()
     }
 
     /// Returns the most products of a row that may underflow, or whose error may: each is off by
@@ -199,14 +199,16 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         }
         let (omega, gamma) = (self.omega().coefficients(), self.gamma());
         let sign = self.q_factor() / gamma;
-        if let Some([a, b]) = self.known() {
-            let (rows, q) = ([a.rows(), b.rows()], q.entries());
-            let rows = ExactRows { question, rows, sign, q, x, omega, gamma, meter };
-            return Some(rows.sum());
+        let q = q.entries();
+        let known = self.on_known_rows(|rows| {
+            ExactRows { question, rows, sign, q, x, omega, gamma, meter }.sum()
+        });
+        if known.is_some() {
+            return known;
         }
         let mut part = Part::default();
         let known = (0..x.len()).all(|i| {
-            let mut sum = ExactSum::new((sign * q.entries()[i]).wide());
+            let mut sum = ExactSum::new((sign * q[i]).wide());
             let known = self.terms(i, x, |entry, value| sum.add(entry.wide(), value.wide()));
             part.see(meter, question.of_row(sum.around()));
             known

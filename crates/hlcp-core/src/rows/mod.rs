@@ -9,5 +9,5 @@ pub(crate) use self::{
     colours::Colours,
     exact::{ExactRows, ExactSum, Question, recovered},
     relax::{Order, Relaxation, Relaxed},
-    walk::{Known, Visited},
+    walk::Visited,
 };

@@ -2,7 +2,7 @@
 
 use crate::{
     numbers::Scalar,
-    operators::{Coefficients, Csr, LinearOperator, Rows, RowsOf, Source},
+    operators::{Csr, LinearOperator, Rows, RowsOf, Source},
 };
 
 /// The entries of the longest row that is copied, and so walked at one call.
@@ -43,26 +43,16 @@ impl<T: Scalar, O: Rows<T>> Source<T> for Visited<'_, T, O> {
     }
 }
 
-/// An operator whose rows are known at set-up.
-pub(crate) enum Known<'a, T: Scalar> {
-    Csr(Csr<'a, T>),
-    Diagonal(Coefficients<'a, T>),
-}
-
-impl<'a, T: Scalar> Known<'a, T> {
-    /// Returns the rows of an operator that has them assembled or is diagonal.
-    pub(crate) fn new(operator: &'a (impl LinearOperator<T> + ?Sized)) -> Option<Self> {
-        if let Some(matrix) = operator.as_csr() {
-            return Some(Self::Csr(matrix));
+impl<'a, T: Scalar> RowsOf<'a, T> {
+    /// Returns the rows of an operator that is diagonal or has them assembled, as this matrix.
+    pub(crate) fn known(
+        operator: &'a (impl LinearOperator<T> + ?Sized),
+        matrix: Option<&'a Csr<'_, T>>,
+    ) -> Option<Self> {
+        if let Some(matrix) = matrix {
+            return Some(matrix.rows());
         }
         let view = operator.as_five_point()?;
         view.grid().is_none().then(|| Self::Diagonal(view.coefficients()[2]))
-    }
-
-    pub(crate) fn rows(&self) -> RowsOf<'_, T> {
-        match self {
-            Self::Csr(matrix) => matrix.rows(),
-            Self::Diagonal(entries) => RowsOf::Diagonal(*entries),
-        }
     }
 }

@@ -271,15 +271,13 @@ impl<T: Scalar> Aor<T> {
             accelerated: self.accelerated,
             meter: q.meter(problem.gamma()),
         };
-        match problem.known() {
-            Some([a, b]) => {
-                relaxed.sweep_known(self.order, colours, [a.rows(), b.rows()], y, scratch)
-            }
-            None => {
-                let (a, b) = (Visited::new(problem.a()), Visited::new(problem.b()));
-                relaxed.sweep(self.order, colours, a, b, y, scratch)
-            }
-        }
+        let order = self.order;
+        let known =
+            problem.on_known_rows(|rows| relaxed.sweep_known(order, colours, rows, y, scratch));
+        known.unwrap_or_else(|| {
+            let (a, b) = (Visited::new(problem.a()), Visited::new(problem.b()));
+            relaxed.sweep(order, colours, a, b, y, scratch)
+        })
     }
 
     fn relaxations(&self) -> [Relaxation<T>; 2] {
