@@ -128,17 +128,13 @@ impl Strip {
             return None;
         }
         let mut whole = vec![T::zero(); nx * ny];
-        for (j, whole) in whole.chunks_mut(nx).enumerate() {
-            for rank in 0..self.size() {
+        for (whole, own) in whole.chunks_mut(nx).zip(own.chunks(self.columns().len())) {
+            whole[self.columns()].copy_from_slice(own);
+            for rank in 1..self.size() {
                 let columns = self.columns_of(rank);
-                if rank == 0 {
-                    let row = &own[j * columns.len()..][..columns.len()];
-                    whole[columns].copy_from_slice(row);
-                } else {
-                    let mut row = vec![0.0; columns.len()];
-                    self.ranks.receive(rank, &mut row);
-                    narrow(&row, &mut whole[columns]);
-                }
+                let mut row = vec![0.0; columns.len()];
+                self.ranks.receive(rank, &mut row);
+                narrow(&row, &mut whole[columns]);
             }
         }
         Some(whole)

@@ -22,15 +22,12 @@ impl<'a, T: Scalar> Smoother<'a, T> {
             positive_entry("1/diagonal of 2A", k, (a + a).recip())?;
             positive_entry("ratio of the diagonals", k, a / b)
         };
-        let all = || {
-            if let [Coefficients::Uniform(_), Coefficients::Uniform(_)] = [a, b] {
-                return ratio(0).map(Omega::Uniform);
-            }
-            let each: Result<_, Error> = (0..problem.order()).map(ratio).collect();
-            each.map(Omega::of_list)
+        let own = match [a, b] {
+            [Coefficients::Uniform(_), Coefficients::Uniform(_)] => ratio(0).map(Omega::Uniform),
+            _ => (0..problem.order()).map(ratio).collect::<Result<_, _>>().map(Omega::of_list),
         };
         // The same on all ranks, if it is on each.
-        let own = problem.agree(all())?;
+        let own = problem.agree(own)?;
         let [most, least] = problem.largest(match own {
             Omega::Uniform(ratio) => [ratio.wide(), -ratio.wide()],
             Omega::Each(_) => [f64::INFINITY; 2],

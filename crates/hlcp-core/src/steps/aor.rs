@@ -164,13 +164,10 @@ impl<T: Scalar> Aor<T> {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn red_black(self, nx: usize) -> Result<Self, Error> {
-        match NonZeroUsize::new(nx) {
-            None => {
-                let name = "the number of points in a row of the grid";
-                Err(Error::Parameter { name, value: 0.0, range: "positive" })
-            }
-            nx => Ok(Self { order: Order { red_black: nx, ..self.order }, ..self }),
-        }
+        let name = "the number of points in a row of the grid";
+        let wrong = Error::Parameter { name, value: 0.0, range: "positive" };
+        let red_black = Some(NonZeroUsize::new(nx).ok_or(wrong)?);
+        Ok(Self { order: Order { red_black, ..self.order }, ..self })
     }
 
     /// Returns the same parameters in the forward direction.
