@@ -254,14 +254,10 @@ fn four<T: Scalar>(
 
 #[test]
 fn sweeps_are_the_loop_over_the_points() {
-    let sizes = [1, 2, 7, 8, 9, 15, 71, 129];
-    for nx in sizes {
-        for ny in [1, 2, 7, 8, 9, 17, 33, 65] {
-            agrees_in_all_ways::<f64>(nx, ny);
-            agrees_in_all_ways::<f32>(nx, ny);
-        }
-    }
-    for (nx, ny) in [(511, 9), (513, 9), (1025, 17), (1, 600), (600, 1)] {
+    let sizes = [1, 2, 7, 8, 9, 15, 71, 129]
+        .into_iter()
+        .flat_map(|nx| [1, 2, 7, 8, 9, 17, 33, 65].map(|ny| (nx, ny)));
+    for (nx, ny) in sizes.chain([(511, 9), (513, 9), (1025, 17), (1, 600), (600, 1)]) {
         agrees_in_all_ways::<f64>(nx, ny);
         agrees_in_all_ways::<f32>(nx, ny);
     }
