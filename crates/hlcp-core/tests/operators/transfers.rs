@@ -110,10 +110,8 @@ fn transfers_and_defects_are_as_defined(seed: usize, fine: [usize; 2], round: [b
     let expected = times(&p, &xc);
     close(&interpolated, &expected.iter().zip(&x).map(|(p, x)| x + p).collect::<Vec<_>>(), 1e-13);
 
-    let a = FivePoint::new(fine[0], fine[1], [-1.1, -0.9, 4.2, -0.8, -1.2]).unwrap();
-    let a = a.periodic(round).unwrap();
-    let b = FivePoint::new(fine[0], fine[1], [-0.2, -0.7, 3.1, -0.6, 0.3]).unwrap();
-    let b = b.periodic(round).unwrap();
+    let grid = |row| FivePoint::new(fine[0], fine[1], row).unwrap().periodic(round).unwrap();
+    let [a, b] = [[-1.1, -0.9, 4.2, -0.8, -1.2], [-0.2, -0.7, 3.1, -0.6, 0.3]].map(grid);
     let problem = Hlcp::new(a, b, Omega::Uniform(1.3)).unwrap();
     let q = list(n, seed + 2);
     let mut defect = vec![f64::NAN; n];
