@@ -458,6 +458,11 @@ impl<T: Scalar> Lu<T> {
         }
     }
 
+    /// Returns whether a pivot is missing.
+    pub(crate) fn is_singular(&self) -> bool {
+        (0..self.n).any(|k| self.factors[k * self.n + k] == T::zero())
+    }
+
     /// Overwrites `y` with the solution for `rhs`.
     pub(crate) fn solve(&self, rhs: &[T], y: &mut [T]) {
         let Self { n, units: [of_rows, of_columns], .. } = self;

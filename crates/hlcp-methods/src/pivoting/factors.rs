@@ -31,7 +31,10 @@ pub(super) enum Factors<T> {
 
 impl<T: Scalar> Factors<T> {
     /// Room for those of a problem, where they are cheapest, and what they cost.
-    #[cfg_attr(not(feature = "direct"), expect(unused_variables))]
+    #[cfg_attr(
+        not(feature = "direct"),
+        expect(unused_variables, reason = "of sparse factors alone")
+    )]
     pub(super) fn new<A: Rows<T>, B: Rows<T>>(
         problem: &Hlcp<T, A, B>,
         free: &[T],
@@ -117,6 +120,11 @@ impl<T: Scalar> Factors<T> {
             lu.within(most);
         }
         self
+    }
+
+    /// Returns whether full factors lack a pivot; solutions by others are not finite then.
+    pub(super) fn are_singular(&self) -> bool {
+        matches!(self, Self::Full(lu) if lu.is_singular())
     }
 
     pub(super) fn solve(&self, rhs: &[T], y: &mut [T]) {

@@ -66,11 +66,11 @@ const NEAR: f64 = 1e3;
 /// such problems with A = (H, −Gᵀ; G, 0), B = I, q = (c, −h) and z = (x, λ), λ the multipliers of
 /// Gx ≥ h. That of an equation is free: its column of B is that of A.
 ///
-/// The first columns are those of the start, and then, before it goes through the interior, all of
-/// that one of `A` and `B` that has more entries, or of the other one if these are singular; at once
-/// those where the start's residual is above a tenth of ‖q‖. From there a matrix that conducts sees all wrong signs, while a front that is to
-/// grow does so by a point in each step. A step that leads to 10¹⁵ times ‖q‖ or more, as columns do
-/// that are all but singular, is not taken, and the next way begins.
+/// The first columns are those of the start, unless its residual is above a tenth of ‖q‖; then all
+/// of that one of `A` and `B` that has more entries, and if these are singular all of the other,
+/// before it goes through the interior. From all columns a matrix that conducts sees all wrong signs, while a front
+/// that is to grow does so by a point in each step. A step that leads to 10¹⁵ times ‖q‖ or more, as
+/// columns do that are all but singular, is not taken, and the next way begins.
 ///
 /// Where the interior leaves signs, solutions may not be unique, as of matrices GGᵀ with few
 /// columns: each column takes 10⁻⁸ of the other one, and a step solves for the change of `x`, which
@@ -170,7 +170,7 @@ enum Way {
     Start,
     /// From the columns of the operator that couples more.
     Whole,
-    /// From those of the other one, as they leave no digits.
+    /// From those of the other one, as these are singular.
     Other,
     /// Through the interior.
     Inside,
@@ -209,7 +209,10 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
 
     /// The method where Cholesky factors are hardly more than the matrices, as those of trees and
     /// of networks of pipes or roads.
-    #[cfg_attr(not(feature = "direct"), expect(unused_variables))]
+    #[cfg_attr(
+        not(feature = "direct"),
+        expect(unused_variables, reason = "of sparse factors alone")
+    )]
     pub(crate) fn without_fill(problem: &Hlcp<T, A, B>) -> Option<Self>
     where
         A: Clone,
@@ -405,7 +408,7 @@ fn free<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Vec<T> {
 
 /// What an elimination is worth at least, in sweeps, as far as that is known without an analysis;
 /// `usize::MAX` where it cannot be had. The operators have this many `entries`.
-#[cfg_attr(not(feature = "direct"), expect(unused_variables))]
+#[cfg_attr(not(feature = "direct"), expect(unused_variables, reason = "of sparse factors alone"))]
 pub(crate) fn least_worth<T: Scalar, A: Rows<T>, B: Rows<T>>(
     problem: &Hlcp<T, A, B>,
     entries: [usize; 2],
@@ -476,8 +479,10 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
         let led = self.residual(q, y).expect("it is measured").l2;
         let most = if self.fewest == 0 { ROUGH } else { FAR };
         // Right signs of columns that do not solve the equations stay as they are; what is less may
-        // be rounding.
-        let is_stuck = self.fewest == 0 && led > (FRACTION * q.norms().l2).max(0.5 * norms.l2);
+        // be rounding, unless the columns are singular and there are others to try.
+        let rests = self.fewest == 0 && led > 0.5 * norms.l2;
+        let is_singular = self.way <= Way::Other && self.factors.are_singular();
+        let is_stuck = rests && (led > FRACTION * q.norms().l2 || is_singular);
         let has_digits = led.is_finite() && led <= most * q.norms().l2 && !is_stuck;
         if !has_digits {
             y.copy_from_slice(x);
@@ -498,7 +503,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
                 (self.way, self.fewest) = (Way::Alone, usize::MAX);
             }
             Way::Alone if !has_digits => (self.way, self.fewest) = (Way::Singular, usize::MAX),
-            Way::Alone | Way::Singular if self.fewest == 0 && led > 0.5 * norms.l2 => {
+            Way::Alone | Way::Singular if rests => {
                 (self.way, self.fewest) = (Way::Nearest, usize::MAX);
             }
             Way::Singular | Way::Nearest if !has_digits => self.way = Way::Over,

@@ -3,6 +3,8 @@
 #[cfg(feature = "direct")]
 use std::{collections::BTreeMap, time::Duration};
 
+#[cfg(feature = "direct")]
+use hlcp_core::{Csr, LinearOperator};
 use hlcp_core::{Identity, Omega, RowMajor, Tridiagonal};
 use nalgebra::{DMatrix, DVector, dmatrix};
 use proptest::{collection::vec, prelude::*, strategy::ValueTree, test_runner::TestRunner};
@@ -353,5 +355,96 @@ fn a_strip_takes_a_few_eliminations() {
         let from = [start; 60];
         let outcome = solver.solve(&q, Options::from_x(&from)).unwrap();
         assert!(outcome.converged() && outcome.iterations <= 8, "{outcome}");
+    }
+}
+
+/// Impulse control of a line, min(K v − f, v − v(half way) − c) = 0 with v free, as (A, B, q): all
+/// columns of A, which couples more, are singular.
+fn control(m: usize, [spread, decay, along, cost]: [f64; 4]) -> [DMatrix<f64>; 3] {
+    let step = spread * ((m + 1) * (m + 1)) as f64;
+    let [mut a, mut b] = [(); 2].map(|()| DMatrix::zeros(2 * m, 2 * m));
+    for i in 0..m {
+        for matrix in [&mut a, &mut b] {
+            matrix[(i, i)] = 2.0 * step + decay;
+            if i > 0 {
+                (matrix[(i, i - 1)], matrix[(i - 1, i)]) = (-step, -step);
+            }
+            matrix[(m + i, i)] += 1.0;
+            matrix[(m + i, i / 2)] -= 1.0;
+        }
+        (a[(i, m + i)], b[(m + i, m + i)]) = (-1.0, 1.0);
+    }
+    let wave = |i: usize| -50.0 * f64::sin(along * i as f64 / m as f64);
+    let q = DMatrix::from_fn(2 * m, 1, |i, _| if i < m { wave(i) } else { cost });
+    [a, b, q]
+}
+
+/// A net of cables that bear no pressure, (K u + Dᵀ E z, D u − z + r) = (f, g) with the elongations
+/// z − r and any u, whose k-th is counted down where `down` is true of it.
+#[cfg(feature = "direct")]
+fn net(m: usize, (stiffness, soft, down): (&[f64], f64, &[bool])) -> [Csr<'static, f64>; 2] {
+    let points = m * m;
+    let right = (0..points).filter(|k| k % m + 1 < m).map(|k| [k, k + 1]);
+    let up = (0..points - m).map(|k| [k, k + m]);
+    let across = (0..points - m).filter(|k| k % m + 1 < m).map(|k| [k, k + m + 1]);
+    let cables: Vec<_> = right.chain(up).chain(across).collect();
+    let sign = |k: usize| if down[k % down.len()] { -1.0 } else { 1.0 };
+    [true, false].map(|is_a| {
+        let mut rows = vec![BTreeMap::new(); points + cables.len()];
+        (0..points).for_each(|k| rows[k].extend([(k, soft)]));
+        for (c, &[from, to]) in cables.iter().enumerate() {
+            let stiff = 10_f64.powf(stiffness[c % stiffness.len()]);
+            for (end, side) in [(from, -1.0), (to, 1.0)] {
+                if is_a {
+                    rows[end].insert(points + c, side * sign(end) * stiff);
+                }
+                rows[points + c].insert(end, -side * sign(end));
+            }
+            rows[points + c].insert(points + c, 1.0);
+        }
+        csr(rows)
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(30))]
+
+    #[test]
+    fn columns_of_the_other_operator_serve_where_those_of_one_are_singular(
+        m in 3_usize..40,
+        numbers in (0.01..1.0_f64, 0.001..0.1_f64, 3.0..30.0_f64, 0.001..0.2_f64),
+    ) {
+        let [a, b, q] = control(m, numbers.into());
+        for ([a, b], q) in [([&a, &b], q.clone()), ([&b, &a], -q)] {
+            let mut solver = pivoting(Hlcp::from_pair(a, b));
+            let outcome = solver.solve(q.as_slice(), Limits::default()).unwrap();
+            prop_assert!(outcome.converged() && outcome.iterations <= 60, "{outcome}");
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(5))]
+
+    /// The signs of what is free decide nothing: every number of a step is the same but for them.
+    #[test]
+    #[cfg(feature = "direct")]
+    fn free_unknowns_may_be_counted_the_other_way_round(
+        m in 5_usize..20,
+        stiffness in vec(3.0..7.0_f64, 97),
+        soft in -6..-2_i32,
+        down in vec(any::<bool>(), 89),
+        load in vec(-1.0..1.0_f64, 83),
+    ) {
+        let counts = [&vec![false], &down].map(|down| {
+            let [a, b] = net(m, (&stiffness, 10_f64.powi(soft), down));
+            let turned = |k: usize| if k < m * m && down[k % down.len()] { -1.0 } else { 1.0 };
+            let size = |k: usize| if k < m * m { 1e3 } else { 1e-3 };
+            let q: Vec<f64> =
+                (0..a.order()).map(|k| turned(k) * size(k) * load[k % load.len()]).collect();
+            let outcome = pivoting(Hlcp::from_pair(&a, &b)).solve(&q, Limits::default()).unwrap();
+            (outcome.converged(), outcome.iterations)
+        });
+        prop_assert!(counts[0] == counts[1] && counts[0].0, "{counts:?}");
     }
 }
