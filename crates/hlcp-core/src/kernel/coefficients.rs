@@ -121,6 +121,8 @@ impl<T: Scalar> Row<T> {
 
 /// Where the rows of the system come from.
 pub(super) trait Source<T>: Copy + Sync {
+    /// True if the sweep solves each scalar equation and measures nothing, see [`Row::solved`].
+    const LEAN: bool;
     /// The most columns of a row that are done in one go, at most [`COLUMNS`].
     const CHUNK: usize;
     /// How many columns the first phase is ahead of the recurrence.
@@ -148,9 +150,20 @@ pub(super) trait Source<T>: Copy + Sync {
 
 /// The same row everywhere.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct ConstantRows<T>(pub(super) Row<T>);
+pub(super) struct ConstantRows<T, const LEAN: bool>(Row<T>);
 
-impl<T: Scalar> Source<T> for ConstantRows<T> {
+impl<T: Scalar, const LEAN: bool> ConstantRows<T, LEAN> {
+    pub(super) fn new<const ACCELERATED: bool>(
+        relaxation: [Relaxation<T>; 2],
+        a: [T; 5],
+        b_omega: [T; 5],
+    ) -> Self {
+        Self(Row::new::<ACCELERATED>(relaxation, a, b_omega))
+    }
+}
+
+impl<T: Scalar, const LEAN: bool> Source<T> for ConstantRows<T, LEAN> {
+    const LEAN: bool = LEAN;
     const CHUNK: usize = COLUMNS;
     const WIDTH: usize = usize::MAX;
     type Loaded = ();
@@ -181,7 +194,7 @@ impl<T: Scalar> Source<T> for ConstantRows<T> {
 
 /// Rows of coefficients that vary from point to point, or some of which do.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct VaryingRows<'a, T> {
+pub(super) struct VaryingRows<'a, T, const LEAN: bool> {
     pub(super) grid: Grid,
     pub(super) relaxation: [Relaxation<T>; 2],
     pub(super) a: [Coefficients<'a, T>; 5],
@@ -204,7 +217,8 @@ pub(super) struct Stretch<T> {
     omega: [Lane<T>; 3],
 }
 
-impl<T: Scalar> Source<T> for VaryingRows<'_, T> {
+impl<T: Scalar, const LEAN: bool> Source<T> for VaryingRows<'_, T, LEAN> {
+    const LEAN: bool = LEAN;
     const CHUNK: usize = VARYING;
     const WIDTH: usize = VARYING;
     type Loaded = Stretch<T>;

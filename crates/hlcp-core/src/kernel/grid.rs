@@ -62,10 +62,9 @@ pub(super) struct Old<'a, T> {
     pub(super) grid: Grid,
     pub(super) q: &'a [T],
     pub(super) x: &'a [T],
+    pub(super) gamma: T,
     pub(super) q_factor: T,
-    /// In whose units F(x) is measured. Without one a sweep measures nothing, and solves each
-    /// scalar equation: see [`Row::solved`](super::coefficients::Row::solved).
-    pub(super) meter: Option<Meter>,
+    pub(super) meter: Meter,
     pub(super) parallel: bool,
     pub(super) strip: Option<&'a Strip>,
     pub(super) stretches: Stretches,

@@ -148,7 +148,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
                 first_phase::<_, _, ACCELERATED>(
                     source, loaded, second, around, q, q_factor, defect, t,
                 );
-                if let Some((meter, tallies)) = meter.zip(tallies) {
+                if let Some(tallies) = tallies {
                     tallies.add(meter, start, &defect[..n]);
                 }
             },

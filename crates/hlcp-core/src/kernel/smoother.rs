@@ -47,7 +47,7 @@ impl<T: Scalar> Smoother<'_, T> {
     /// multiplies.
     pub fn relax(&self, backward: bool, f: Multiple<'_, T>, x: &[T], y: &mut [T]) {
         self.assert_orders([("f", f.1.len()), ("x", x.len()), ("y", y.len())]);
-        self.sweep.directed(backward, false).relax(true, gauss_seidel(), f, None, x, y);
+        SMOOTH.of::<Smooth<T>>()(&self.sweep.directed(backward, false), f, x, y);
     }
 
     /// Takes a sweep with the problem's γ and `q` for `f` that also returns the norms of
@@ -103,6 +103,19 @@ impl<T: Scalar> Smoother<'_, T> {
         WALK.of::<Walk<T>>()(self, f, x, beside, pass);
     }
 
+    fn walk_here(
+        &self,
+        f: Option<Multiple<'_, T>>,
+        x: &[T],
+        beside: &[Vec<T>; 2],
+        pass: &Pass<'_, T>,
+    ) {
+        match self.sweep.constant::<true, true>(gauss_seidel()) {
+            Some(source) => self.walk_by(&source, f, x, beside, pass),
+            None => self.walk_by(&self.sweep.varying::<true>(gauss_seidel()), f, x, beside, pass),
+        }
+    }
+
     fn walk_by<S: Source<T>>(
         &self,
         source: &S,
@@ -127,6 +140,18 @@ impl<T: Scalar> Smoother<'_, T> {
 
 pub(super) fn gauss_seidel<T: Scalar>() -> [Relaxation<T>; 2] {
     [Relaxation::new([T::one(); 2]); 2]
+}
+
+impl<T: Scalar> Sweep<'_, T> {
+    /// Overwrites `y` with the smoother's sweep of `x`.
+    pub(super) fn smooth_on(&self, arch: Arch, f: Multiple<'_, T>, x: &[T], y: &mut [T]) {
+        let beside = self.beside(x);
+        let old = self.old(f, x, &beside, Meter::for_size(1.0, x.len())); // it measures nothing
+        match self.constant::<true, true>(gauss_seidel()) {
+            Some(source) => old.lexicographic::<_, true>(arch, &source, y),
+            None => old.lexicographic::<_, true>(arch, &self.varying::<true>(gauss_seidel()), y),
+        };
+    }
 }
 
 /// The defect of one thread, row by row.
@@ -258,20 +283,14 @@ impl<T: Scalar> Pass<'_, T> {
     }
 }
 
+type Smooth<T> = fn(&Sweep<'_, T>, Multiple<'_, T>, &[T], &mut [T]);
 type Walk<T> = fn(&Smoother<'_, T>, Option<Multiple<'_, T>>, &[T], &[Vec<T>; 2], &Pass<'_, T>);
 
-static WALK: Compiled<Walk<f32>, Walk<f64>> = Compiled(walk, walk);
-
-fn walk<T: Scalar>(
-    smoother: &Smoother<'_, T>,
-    f: Option<Multiple<'_, T>>,
-    x: &[T],
-    beside: &[Vec<T>; 2],
-    pass: &Pass<'_, T>,
-) {
-    let Smoother { sweep } = smoother;
-    match sweep.constant::<true>(gauss_seidel()) {
-        Some(source) => smoother.walk_by(&source, f, x, beside, pass),
-        None => smoother.walk_by(&sweep.varying(gauss_seidel()), f, x, beside, pass),
-    }
-}
+static SMOOTH: Compiled<Smooth<f32>, Smooth<f64>> = Compiled(
+    |sweep, f, x, y| sweep.smooth_on(Arch::new(), f, x, y),
+    |sweep, f, x, y| sweep.smooth_on(Arch::new(), f, x, y),
+);
+static WALK: Compiled<Walk<f32>, Walk<f64>> = Compiled(
+    |smoother, f, x, beside, pass| smoother.walk_here(f, x, beside, pass),
+    |smoother, f, x, beside, pass| smoother.walk_here(f, x, beside, pass),
+);

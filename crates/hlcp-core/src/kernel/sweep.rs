@@ -3,7 +3,7 @@ use std::ops::Range;
 use pulp::Arch;
 
 use super::{
-    coefficients::{ConstantRows, Row, Source, VaryingRows},
+    coefficients::{ConstantRows, Source, VaryingRows},
     grid::{COLUMNS, Grid, Multiple, Old, ROWS, columns},
     tile::{Edge, Worker},
 };
@@ -135,55 +135,67 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         x: &[T],
         y: &mut [T],
     ) -> Norms {
-        let (f, meter) = ((self.q_factor, q.entries()), q.meter(self.gamma));
-        let sum = self.relax(accelerated, relaxation, f, Some(meter), x, y);
-        meter.norms_of(sum.sum(self.strip()), self.gamma)
+        RUN.of::<Run<T>>()(self, accelerated, relaxation, q, x, y)
     }
 
-    /// Overwrites `y` with the next iterate, where `f` is what takes the place of γq in F, as a
-    /// factor and the vector that it multiplies. Sums the squares of F(x) if there is a meter; see
-    /// [`Old::meter`] for what a sweep does without.
-    pub(super) fn relax(
+    fn run_here(
         &self,
         accelerated: bool,
         relaxation: [Relaxation<T>; 2],
-        f: Multiple<'_, T>,
-        meter: Option<Meter>,
+        q: &Rhs<'_, T>,
         x: &[T],
         y: &mut [T],
-    ) -> Totals {
-        RELAX.of::<Relax<T>>()(self, accelerated, relaxation, f, meter, x, y)
-    }
-
-    pub(super) fn relax_on<const ACCELERATED: bool>(
-        &self,
-        arch: Arch,
-        relaxation: [Relaxation<T>; 2],
-        (q_factor, q): Multiple<'_, T>,
-        meter: Option<Meter>,
-        x: &[T],
-        y: &mut [T],
-    ) -> Totals {
-        let Self { grid, parallel, .. } = *self;
-        let (strip, stretches, beside) = (self.strip(), self.stretches(), self.beside(x));
-        let (beside, new) = (columns(&beside), [&[][..]; 2]);
-        let old = Old { grid, q, x, q_factor, meter, parallel, strip, stretches, beside, new };
-        match self.constant::<ACCELERATED>(relaxation) {
-            Some(source) => old.sweep::<_, ACCELERATED>(arch, &source, y),
-            None => old.sweep::<_, ACCELERATED>(arch, &self.varying(relaxation), y),
+    ) -> Norms {
+        if accelerated {
+            self.run_on::<true>(Arch::new(), relaxation, q, x, y)
+        } else {
+            self.run_on::<false>(Arch::new(), relaxation, q, x, y)
         }
     }
 
-    /// Returns the row that all are, if they are.
-    pub(super) fn constant<const ACCELERATED: bool>(
+    pub(super) fn run_on<const ACCELERATED: bool>(
         &self,
+        arch: Arch,
         relaxation: [Relaxation<T>; 2],
-    ) -> Option<ConstantRows<T>> {
-        let [a, b_omega] = self.constants()?;
-        Some(ConstantRows(Row::new::<ACCELERATED>(relaxation, a, b_omega)))
+        q: &Rhs<'_, T>,
+        x: &[T],
+        y: &mut [T],
+    ) -> Norms {
+        let beside = self.beside(x);
+        let old = self.old((self.q_factor, q.entries()), x, &beside, q.meter(self.gamma));
+        match self.constant::<ACCELERATED, false>(relaxation) {
+            Some(source) => old.sweep::<_, ACCELERATED>(arch, &source, y),
+            None => old.sweep::<_, ACCELERATED>(arch, &self.varying::<false>(relaxation), y),
+        }
     }
 
-    pub(super) fn varying(&self, relaxation: [Relaxation<T>; 2]) -> VaryingRows<'a, T> {
+    /// Returns what a sweep of `x` reads, given its columns beside the grid.
+    pub(super) fn old<'o>(
+        &'o self,
+        (q_factor, q): Multiple<'o, T>,
+        x: &'o [T],
+        beside: &'o [Vec<T>; 2],
+        meter: Meter,
+    ) -> Old<'o, T> {
+        let Self { grid, gamma, parallel, .. } = *self;
+        let (strip, stretches, beside) = (self.strip(), self.stretches(), columns(beside));
+        let new = [&[][..]; 2];
+        Old { grid, q, x, gamma, q_factor, meter, parallel, strip, stretches, beside, new }
+    }
+
+    /// Returns the row that all are, if they are.
+    pub(super) fn constant<const ACCELERATED: bool, const LEAN: bool>(
+        &self,
+        relaxation: [Relaxation<T>; 2],
+    ) -> Option<ConstantRows<T, LEAN>> {
+        let [a, b_omega] = self.constants()?;
+        Some(ConstantRows::new::<ACCELERATED>(relaxation, a, b_omega))
+    }
+
+    pub(super) fn varying<const LEAN: bool>(
+        &self,
+        relaxation: [Relaxation<T>; 2],
+    ) -> VaryingRows<'a, T, LEAN> {
         let (a, b) = (self.a.coefficients(), self.b.coefficients());
         let Self { grid, omega, omega_beside, .. } = *self;
         VaryingRows { grid, relaxation, a, b, omega, omega_beside }
@@ -191,17 +203,29 @@ impl<'a, T: Scalar> Sweep<'a, T> {
 }
 
 impl<T: Scalar> Old<'_, T> {
-    /// Relaxes all of `y`, and sums the squares of F(x).
     fn sweep<S: Source<T>, const ACCELERATED: bool>(
         &self,
         arch: Arch,
         source: &S,
         y: &mut [T],
-    ) -> Totals {
-        let Grid { nx, backward, red_black, .. } = self.grid;
-        if red_black {
+    ) -> Norms {
+        let sum = if self.grid.red_black {
             self.red_black::<_, ACCELERATED>(arch, source, y)
-        } else if backward {
+        } else {
+            self.lexicographic::<_, ACCELERATED>(arch, source, y)
+        };
+        self.meter.norms_of(sum.sum(self.strip), self.gamma)
+    }
+
+    /// Relaxes all of `y` in lexicographic order, and sums the squares of F(x).
+    pub(super) fn lexicographic<S: Source<T>, const ACCELERATED: bool>(
+        &self,
+        arch: Arch,
+        source: &S,
+        y: &mut [T],
+    ) -> Totals {
+        let Grid { nx, backward, .. } = self.grid;
+        if backward {
             self.pass::<_, _, true, ACCELERATED>(arch, source, y.rchunks_mut(nx * ROWS))
         } else {
             self.pass::<_, _, false, ACCELERATED>(arch, source, y.chunks_mut(nx * ROWS))
@@ -245,33 +269,12 @@ impl<T: Scalar> Old<'_, T> {
     }
 }
 
-type Relax<T> = fn(
-    &Sweep<'_, T>,
-    bool,
-    [Relaxation<T>; 2],
-    Multiple<'_, T>,
-    Option<Meter>,
-    &[T],
-    &mut [T],
-) -> Totals;
+type Run<T> = fn(&Sweep<'_, T>, bool, [Relaxation<T>; 2], &Rhs<'_, T>, &[T], &mut [T]) -> Norms;
 
-static RELAX: Compiled<Relax<f32>, Relax<f64>> = Compiled(relax, relax);
-
-fn relax<T: Scalar>(
-    sweep: &Sweep<'_, T>,
-    accelerated: bool,
-    relaxation: [Relaxation<T>; 2],
-    f: Multiple<'_, T>,
-    meter: Option<Meter>,
-    x: &[T],
-    y: &mut [T],
-) -> Totals {
-    if accelerated {
-        sweep.relax_on::<true>(Arch::new(), relaxation, f, meter, x, y)
-    } else {
-        sweep.relax_on::<false>(Arch::new(), relaxation, f, meter, x, y)
-    }
-}
+static RUN: Compiled<Run<f32>, Run<f64>> = Compiled(
+    |sweep, accelerated, relaxation, q, x, y| sweep.run_here(accelerated, relaxation, q, x, y),
+    |sweep, accelerated, relaxation, q, x, y| sweep.run_here(accelerated, relaxation, q, x, y),
+);
 
 type Residual<T> = fn(&Sweep<'_, T>, &Rhs<'_, T>, &[T], &[T], Meter) -> Norms;
 

@@ -137,10 +137,8 @@ fn agrees<T: Scalar, const BACKWARD: bool, const ACCELERATED: bool>(
         |row: &Row<T>, old, k| row.relaxed::<BACKWARD, ACCELERATED>(old, sweep.q_factor * q[k]).1;
     let expected = in_order::<T, BACKWARD, ACCELERATED>(&lexicographic, relaxation, x, t);
     let rhs = Rhs::new(q).expect("finite");
-    let (f, meter) = ((sweep.q_factor, q), rhs.meter(sweep.gamma));
     let run = |sweep: Sweep<'_, T>, arch, y: &mut [T]| {
-        let sum = sweep.relax_on::<ACCELERATED>(arch, relaxation, f, Some(meter), x, y);
-        meter.norms_of(sum.sum(None), sweep.gamma)
+        sweep.run_on::<ACCELERATED>(arch, relaxation, &rhs, x, y)
     };
     everywhere(lexicographic, &expected, run);
     if sweep.grid.round != [false; 2] {
@@ -160,9 +158,7 @@ fn smooths<T: Scalar, const BACKWARD: bool>(sweep: Sweep<'_, T>, f: &[T], x: &[T
         row.solved::<BACKWARD>(coming, factor * f[k])
     };
     let expected = in_order::<T, BACKWARD, true>(&sweep, gauss_seidel(), x, t);
-    everywhere(sweep, &expected, |sweep, arch, y| {
-        sweep.relax_on::<true>(arch, gauss_seidel(), (factor, f), None, x, y);
-    });
+    everywhere(sweep, &expected, |sweep, arch, y| sweep.smooth_on(arch, (factor, f), x, y));
 }
 
 /// On every instruction set and any number of threads the sweep comes to `expected`, with the same

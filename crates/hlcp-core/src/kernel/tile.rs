@@ -90,7 +90,8 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         let (loaded, kept) = (source.loaded(), std::array::from_fn(|_| source.kept()));
         let around = Around::new(old.grid, old.x, old.beside);
         let (along, before) = ([[T::zero(); 2]; ROWS], [T::zero(); ROWS]);
-        let measured = old.meter.map(|_| ([T::zero(); COLUMNS + PAD], Tallies::new(old.stretches)));
+        let measured =
+            (!S::LEAN).then(|| ([T::zero(); COLUMNS + PAD], Tallies::new(old.stretches)));
         Self { arch, old, source, loaded, kept, around, along, before, measured }
     }
 
@@ -138,7 +139,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         let (arch, source) = (self.arch, self.source);
         let (loaded, kept) = (&self.loaded, &mut self.kept[k]);
         let (q, t) = (&q[from..until], &mut y[start..end]);
-        if let Some((meter, (defect, tallies))) = meter.zip(self.measured.as_mut()) {
+        if let Some((defect, tallies)) = &mut self.measured {
             let (around, defect) = ([south, west, here, east, north], &mut defect[..end - start]);
             vectorised(
                 arch,
