@@ -195,7 +195,7 @@ def broken(**parts):
     (r"A: offsets\[3\] is 9", (broken(indptr=[0, 1, 2, 9]), None, np.ones(3))),
     (r"A: offsets\[0\] is 1", (broken(indptr=[1, 1, 2, 3]), None, np.ones(3))),
     (r"A: offsets\[0\] is -1", (broken(indptr=[-1, 1, 2, 3]), None, np.ones(3))),
-    (r"A: values\[1\] is 1", (broken(data=[1.0]), None, np.ones(3))),
+    (r"A: .* 3 columns need as many values, but 1 are given", (broken(data=[1.0]), None, np.ones(3))),
     ("A has 0 rows and 3 columns", (broken(indptr=[]), None, np.ones(3))),
     ("A.indices is an array of 2 dimensions", (broken(indices=[[0, 1, 2]]), None, np.ones(3))),
     ("A.indptr is an array of .* type uint64", (indexed(np.uint64), None, np.ones(3))),
