@@ -284,8 +284,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         let count = signs.filter(|&((&x, &d), &free)| is_wrong(x, d, free)).count();
         if count as f64 <= FEWER * self.fewest as f64 {
             let is_long = match self.way {
-                Way::Start => false,
-                Way::Whole | Way::Other => count <= x.len() / FEW,
+                Way::Start | Way::Other => false,
+                Way::Whole => count <= x.len() / FEW,
                 _ => true,
             };
             (self.fewest, self.patience, self.since) = (count, PATIENCE[usize::from(is_long)], 0);

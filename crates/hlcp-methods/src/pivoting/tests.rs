@@ -358,25 +358,36 @@ fn a_strip_takes_a_few_eliminations() {
     }
 }
 
-/// Impulse control of a line, min(K v − f, v − v(half way) − c) = 0 with v free, as (A, B, q): all
-/// columns of A, which couples more, are singular.
-fn control(m: usize, [spread, decay, along, cost]: [f64; 4]) -> [DMatrix<f64>; 3] {
-    let step = spread * ((m + 1) * (m + 1)) as f64;
-    let [mut a, mut b] = [(); 2].map(|()| DMatrix::zeros(2 * m, 2 * m));
-    for i in 0..m {
-        for matrix in [&mut a, &mut b] {
-            matrix[(i, i)] = 2.0 * step + decay;
-            if i > 0 {
-                (matrix[(i, i - 1)], matrix[(i - 1, i)]) = (-step, -step);
+/// The best of two ways to run a plant, min(K v − f, v − (v of the other way) − c) = 0 with v free,
+/// with diffusion of two sizes and a drift on one way, as (A, B) and q: all columns of A, which
+/// couples as much as B, are singular.
+#[cfg(feature = "direct")]
+fn switching(
+    m: usize,
+    (spread, along, cost): ([f64; 2], f64, f64),
+) -> ([Csr<'static, f64>; 2], Vec<f64>) {
+    let n = 2 * m;
+    let matrices = [true, false].map(|is_a| {
+        let mut rows = vec![BTreeMap::new(); 2 * n];
+        for i in 0..n {
+            let step = spread[i / m] * (m * m) as f64;
+            let carried = if i < m { 0.0 } else { m as f64 };
+            rows[i].insert(i, 2.0 * step + carried + 0.1);
+            if i % m > 0 {
+                rows[i].insert(i - 1, -step - carried);
+                rows[i - 1].insert(i, -step);
             }
-            matrix[(m + i, i)] += 1.0;
-            matrix[(m + i, i / 2)] -= 1.0;
+            rows[n + i].extend([(i, 1.0), ((i + m) % n, -1.0)]);
+            if is_a {
+                rows[i].insert(n + i, -1.0);
+            } else {
+                rows[n + i].insert(n + i, 1.0);
+            }
         }
-        (a[(i, m + i)], b[(m + i, m + i)]) = (-1.0, 1.0);
-    }
-    let wave = |i: usize| -50.0 * f64::sin(along * i as f64 / m as f64);
-    let q = DMatrix::from_fn(2 * m, 1, |i, _| if i < m { wave(i) } else { cost });
-    [a, b, q]
+        csr(rows)
+    });
+    let wave = |i: usize| f64::cos(along * i as f64 / m as f64);
+    (matrices, (0..2 * n).map(|i| if i < n { wave(i) } else { cost }).collect())
 }
 
 /// A net of cables that bear no pressure, (K u + Dᵀ E z, D u − z + r) = (f, g) with the elongations
@@ -407,24 +418,23 @@ fn net(m: usize, (stiffness, soft, down): (&[f64], f64, &[bool])) -> [Csr<'stati
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(30))]
+    #![proptest_config(ProptestConfig::with_cases(5))]
 
     #[test]
+    #[cfg(feature = "direct")]
     fn columns_of_the_other_operator_serve_where_those_of_one_are_singular(
-        m in 3_usize..40,
-        numbers in (0.01..1.0_f64, 0.001..0.1_f64, 3.0..30.0_f64, 0.001..0.2_f64),
+        m in 500_usize..800,
+        sizes in (-2.5..-1.5_f64, -2.5..-1.5_f64),
+        along in 3.0..30.0_f64,
     ) {
-        let [a, b, q] = control(m, numbers.into());
-        for ([a, b], q) in [([&a, &b], q.clone()), ([&b, &a], -q)] {
-            let mut solver = pivoting(Hlcp::from_pair(a, b));
-            let outcome = solver.solve(q.as_slice(), Limits::default()).unwrap();
-            prop_assert!(outcome.converged() && outcome.iterations <= 60, "{outcome}");
+        let spread = [sizes.0, sizes.1].map(|size| 10_f64.powf(size));
+        let ([a, b], q) = switching(m, (spread, along, 1e-4));
+        let exchanged: Vec<f64> = q.iter().map(|q| -q).collect();
+        for (a, b, q) in [(&a, &b, &q), (&b, &a, &exchanged)] {
+            let outcome = pivoting(Hlcp::from_pair(a, b)).solve(q, Limits::default()).unwrap();
+            prop_assert!(outcome.converged() && outcome.iterations <= 50, "{outcome}");
         }
     }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(5))]
 
     /// The signs of what is free decide nothing: every number of a step is the same but for them.
     #[test]
