@@ -41,7 +41,7 @@ impl Files {
     /// The report of a method, z and r.
     fn solve(&self, method: &str, order: usize) -> (Value, Vec<f64>, Vec<f64>) {
         let (report, _) = json(&format!("{} --json --method {method}", self.command));
-        let read = |file| market::read_vector(&self.folder.0.join(file), order).unwrap();
+        let read = |file| market::read_vector(self.folder.0.join(file), order).unwrap();
         (report, read("z.mtx"), read("r.mtx"))
     }
 }

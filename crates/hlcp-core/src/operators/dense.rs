@@ -30,8 +30,8 @@ impl<'a, T: Scalar> RowMajor<'a, T> {
     ///
     /// # Errors
     ///
-    /// [`Error::Operator`] unless there are order² entries; [`Error::NotFinite`] for the first that is
-    /// NaN or infinite.
+    /// [`Error::Operator`] unless there are order² entries; [`Error::NotFinite`] for the first that
+    /// is NaN or infinite.
     pub fn new(order: usize, entries: impl Into<Cow<'a, [T]>>) -> Result<Self, Error> {
         let entries = entries.into();
         if order.checked_mul(order) != Some(entries.len()) {

@@ -25,8 +25,8 @@ pub(super) struct Matrix<T> {
 }
 
 impl<T: Scalar> Matrix<T> {
-    /// The `n` rows that `fill(i, row)` writes to an empty list each, with no column twice, and room
-    /// for `entries` beside the diagonal. None when the clock is up, as of all that follows.
+    /// The `n` rows that `fill(i, row)` writes to an empty list each, with no column twice, and
+    /// room for `entries` beside the diagonal. None when the clock is up, as of all that follows.
     pub(super) fn by_rows(
         [n, entries]: [usize; 2],
         clock: &mut Clock<'_>,

@@ -68,9 +68,10 @@ const NEAR: f64 = 1e3;
 ///
 /// The first columns are those of the start, unless its residual is above a tenth of ‖q‖; then all
 /// of that one of `A` and `B` that has more entries, and if these are singular all of the other,
-/// before it goes through the interior. From all columns a matrix that conducts sees all wrong signs, while a front
-/// that is to grow does so by a point in each step. A step that leads to 10¹⁵ times ‖q‖ or more, as
-/// columns do that are all but singular, is not taken, and the next way begins.
+/// before it goes through the interior. From all columns a matrix that conducts sees all wrong
+/// signs, while a front that is to grow does so by a point in each step. A step that leads to 10¹⁵
+/// times ‖q‖ or more, as columns do that are all but singular, is not taken, and the next way
+/// begins.
 ///
 /// Where the interior leaves signs, solutions may not be unique, as of matrices GGᵀ with few
 /// columns: each column takes 10⁻⁸ of the other one, and a step solves for the change of `x`, which

@@ -193,8 +193,8 @@ impl Film {
 
     /// The cells that the gap at a reservoir is made of, and their parts in it.
     ///
-    /// What enters at a starved side flows on as it is, so the gap at the very edge counts: those of
-    /// the first two cells are continued to it, unless the third tells of a step.
+    /// What enters at a starved side flows on as it is, so the gap at the very edge counts: those
+    /// of the first two cells are continued to it, unless the third tells of a step.
     pub(super) fn at_end(
         &self,
         axis: usize,

@@ -128,8 +128,8 @@ pub enum Side {
     Closed,
     /// The opposite side, which must be periodic as well.
     Periodic,
-    /// Oil enters with this film content, between 0 and 1, at the cavitation pressure: it fills that
-    /// part of the gap at the edge.
+    /// Oil enters with this film content, between 0 and 1, at the cavitation pressure: it fills
+    /// that part of the gap at the edge.
     Starved(f64),
 }
 
