@@ -482,7 +482,10 @@ fn a_ring_that_nothing_feeds_runs_dry() {
     };
     let bearing = format!("{} --ecc 0.5 --nx 60 --ny 10", journal(0.1));
     let err = warned(&bearing);
-    assert!(err.contains("by --groove 0,2e5, --ambient 101325 or --supply"), "{err}");
+    assert!(
+        err.contains("by --groove 0,2e5, --ambient 101325 where oil surrounds it or --supply"),
+        "{err}"
+    );
     for (asked, what) in [
         ("--load 1000", "it runs dry and carries nothing instead of 1000 N; feed it above"),
         ("--coefficients", "it runs dry and answers to no motion; feed it above"),

@@ -173,7 +173,7 @@ fn wrong_films_are_refused_in_one_line() {
         ("--motion gap.csv --mass -1", "not a number of kilogrammes, 0 or more"),
         ("--motion gap.csv --mass 1",
          "but a motion has two rows or more, each with the time and the load"),
-        ("--ambient -1", "--ambient is below --cavitation"),
+        ("--ambient -1", "--ambient is -1 Pa, below --cavitation, 0 Pa"),
         ("--method FOO", "there is no method 'FOO'"),
         ("--method MSOR", "; films take methods that need no parameters, as AMG or AUTO"),
         ("--nx 4", "cannot be used with"),

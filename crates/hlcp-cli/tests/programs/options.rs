@@ -33,7 +33,7 @@ const OF_SOLVE: &str = "\
     --depth 1.5 --ecc 0.4 --b-length 8 --aspect 2 --groove 30 --length 0.7 --tail 0.3 \
     --layer 2 --rate 0.05 --volatility 0.3 --maturity 0.5 --spot 1 --steps 5 --a A.mtx \
     --b B.mtx --q q.txt --grid 2x2 --x0 half.txt --z0 half.txt --r0 half.txt --method TMGS \
-    --base MGS --window 3 --alpha 1.2 --beta 1.1 --alpha2 1.15 --beta2 1.2 --tau 1.3 \
+    --base MGS --window 3 --alpha 1.2 --beta 1.1 --alpha2 1.15 --beta2 1.2 --tau 1.3 --omega 2.5 \
     --gamma 1.7 --precision f32 --threads 2 --tol 1e-5 --rtol 1e-4 --norm linf \
     --max-iterations 2 --max-seconds 0 --out-z z.mtx --out-r r.mtx --repeats 2";
 

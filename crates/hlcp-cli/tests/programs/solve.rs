@@ -133,7 +133,7 @@ fn bad_input_is_status_1_with_one_line_on_stderr_and_nothing_on_stdout() {
         ("--scene american-put --rate -1", "rate is -1"),
         ("--m 8 --tau 0", "tau is 0"),
         ("--m 8 --tau -1.5", "tau is -1.5"),
-        ("--m 8 --omega -2", "omega[0] is -2"),
+        ("--m 8 --omega -2", "omega is -2"),
         ("--m 8 --omega 2 --tau 1", "--tau"),
         ("--m 8 --gamma 0", "gamma is 0"),
         ("--m 8 --gamma nan", "gamma is NaN"),
