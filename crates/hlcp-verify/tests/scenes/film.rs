@@ -169,3 +169,19 @@ fn unsound_films_are_refused_with_their_numbers() {
         assert!(error.starts_with(what), "{error}; expected {what}");
     }
 }
+
+/// Edges of grooves lie on the middles of cells here, where rounding must not decide.
+#[test]
+fn a_groove_has_as_many_columns_wherever_it_is() {
+    let around = |degrees: f64| degrees / 360.0 * TAU * 0.05;
+    for (nx, degrees, columns) in [(180, 10.0, 5), (360, 15.0, 15), (72, 5.0, 1), (90, 12.0, 3)] {
+        for place in (0..360).step_by(3 * 360 / nx) {
+            let begins = (f64::from(place) - degrees / 2.0).rem_euclid(360.0);
+            let (corner, size) = ([around(begins), 0.0], [around(degrees), 0.1]);
+            let mut ring = Film::new([nx, 2], [around(360.0), 0.1], 3.0, 0.02);
+            ring.sides[..2].fill(Side::Periodic);
+            ring.supplies = vec![Supply { corner, size, pressure: 1e5 }];
+            assert_eq!(ring.free_cells().len(), 2 * (nx - columns), "{nx} {degrees} {place}");
+        }
+    }
+}
