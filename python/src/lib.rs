@@ -345,9 +345,11 @@ impl<T: Real> Job<'_, T> {
             Some(omega) => omega.clone(),
             None => {
                 let (Operator::Rows(a), Operator::Rows(b)) = (&self.a, &self.b) else {
-                    return Err(wrong("give omega, for the diagonal of a LinearOperator is unknown"));
+                    return Err(wrong(
+                        "give omega, for the diagonal of a LinearOperator is unknown",
+                    ));
                 };
-                Omega::diagonal_ratio(T::of(self.settings.tau), &&**a, &&**b).map_err(wrong)?
+                Omega::diagonal_ratio(T::of(self.settings.tau), &**a, &**b).map_err(wrong)?
             }
         };
         let problem = Hlcp::new(a, b, omega).map_err(wrong)?;
