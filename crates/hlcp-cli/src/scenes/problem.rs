@@ -78,7 +78,7 @@ impl<T: Scalar> Problem<T> {
     /// The problem with Ω = τ D_A D_B⁻¹ as the methods take it.
     pub(crate) fn hlcp(&self, tau: T) -> Result<Posable<'_, T>, hlcp_core::Error> {
         let (a, b) = (&*self.a, &*self.b);
-        Hlcp::new(a, b, Omega::diagonal_ratio(tau, &a, &b)?)
+        Hlcp::new(a, b, Omega::diagonal_ratio(tau, a, b)?)
     }
 
     /// Returns the method of a name that leaves no parameters open, with τ = 1.

@@ -75,10 +75,10 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         let mut c: Vec<T> = z.iter().zip(&r).map(|(&z, &r)| -z * r).collect();
         let (mut dz, mut dr) = (vec![T::zero(); n], vec![T::zero(); n]);
         let mut length = 0.0;
+        let bound = (0..n).filter(|&i| is_bound(i)).count().max(1) as f64;
         let mean = |z: &[T], r: &[T]| {
             let products = (0..n).map(|i| z[i] / units[0][i] * (r[i] / units[1][i]));
-            products.map(T::wide).sum::<f64>()
-                / (0..n).filter(|&i| is_bound(i)).count().max(1) as f64
+            products.map(T::wide).sum::<f64>() / bound
         };
         let before = mean(&z, &r);
         for corrects in [false, true] {
@@ -124,12 +124,9 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         }
         let after = mean(&z, &r);
         // What is free may be of any size, and of either sign.
-        let (mut reached, mut bound) = (0.0, 0);
-        for i in (0..n).filter(|&i| is_bound(i)) {
-            reached += (z[i] / units[0][i]).max(r[i] / units[1][i]).wide();
-            bound += 1;
-        }
-        let reached = (reached / f64::from(bound.max(1))).powi(2);
+        let in_units = |i: usize| (z[i] / units[0][i]).max(r[i] / units[1][i]).wide();
+        let sum: f64 = (0..n).filter(|&i| is_bound(i)).map(in_units).sum();
+        let reached = (sum / bound).powi(2);
         if before <= ROUNDED * reached && after >= 10.0 * before {
             return;
         }

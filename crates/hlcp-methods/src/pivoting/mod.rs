@@ -482,8 +482,9 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
         // Right signs of columns that do not solve the equations stay as they are; what is less may
         // be rounding, unless the columns are singular and there are others to try.
         let rests = self.fewest == 0 && led > 0.5 * norms.l2;
-        let is_singular = self.way <= Way::Other && self.factors.are_singular();
-        let is_stuck = rests && (led > FRACTION * q.norms().l2 || is_singular);
+        let is_stuck = rests
+            && (led > FRACTION * q.norms().l2
+                || self.way <= Way::Other && self.factors.are_singular());
         let has_digits = led.is_finite() && led <= most * q.norms().l2 && !is_stuck;
         if !has_digits {
             y.copy_from_slice(x);

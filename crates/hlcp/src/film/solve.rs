@@ -370,7 +370,7 @@ pub(super) fn modulus(r: &[f64]) -> Vec<f64> {
 
 pub(super) fn problem([a, b]: &Operators) -> Result<Problem<'_>, Error> {
     let (a, b) = (&**a, &**b);
-    Hlcp::new(a, b, Omega::diagonal_ratio(1.0, &a, &b)?)
+    Hlcp::new(a, b, Omega::diagonal_ratio(1.0, a, b)?)
 }
 
 /// `z`, `r` and what became of the solve.
