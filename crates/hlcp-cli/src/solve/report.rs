@@ -227,12 +227,13 @@ fn words_of_certificate<T>(problem: &Problem<T>, found: &Proved) -> io::Result<(
 }
 
 fn certificate_object<T>(problem: &Problem<T>, found: &Proved) -> Value {
-    let unique = found.uniqueness.as_ref().is_some_and(Uniqueness::is_proved);
-    let disproof = match &found.uniqueness {
+    // Neither true nor false where nothing is proved.
+    let (unique, disproof) = match &found.uniqueness {
+        Some(Uniqueness::Proved(_)) => (Some(true), Value::Null),
         Some(Uniqueness::Refuted(Disproof { m_matrix, v, other, u })) => {
-            json!({ "m_matrix": m_matrix, "v": v, "other": other, "u": u })
+            (Some(false), json!({ "m_matrix": m_matrix, "v": v, "other": other, "u": u }))
         }
-        _ => Value::Null,
+        _ => (None, Value::Null),
     };
     match &found.certificate {
         Ok(certificate) => json!({

@@ -50,6 +50,23 @@ fn a_certificate_in_single_precision_is_of_the_files() {
     assert!(status == 0 && 0.4 < error && error <= bound && bound <= 2.0 * error, "{found}");
 }
 
+#[test]
+fn unique_is_null_in_json_where_nothing_is_proved() {
+    let folder = Folder::new("verdicts");
+    let q = folder.write("q.mtx", "%%MatrixMarket matrix array real general\n2 1\n-1\n-1\n");
+    for (off, unique) in [("-0.5", Some(true)), ("-2", Some(false)), ("2", None)] {
+        // Neither of the last two is a P-matrix, but with positive couplings no theorem says so.
+        let entries = format!("1 1 1\n2 2 1\n1 2 {off}\n2 1 {off}\n");
+        let a = folder.write("A.mtx", format!("{HEAD}2 2 4\n{entries}"));
+        let command =
+            format!("--a {} --q {} --method PIVOTING --certify --json", a.display(), q.display());
+        let (report, _) = json(&command);
+        let certificate = &report["certificate"];
+        assert_eq!(certificate["unique"].as_bool(), unique, "{report}");
+        assert_eq!(certificate["disproof"].is_object(), unique == Some(false));
+    }
+}
+
 /// A scene through files takes the iterations it takes as stencils, also where that needs its grid,
 /// and its answer comes back to the last bit. A grid that is said must fit.
 #[test]
