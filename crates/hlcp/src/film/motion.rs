@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector, Dyn, LU};
 use super::{
     Bearing, FilmError, Settings, Solved,
     linear::Linear,
-    solve::{LINEAR, Operators, gained},
+    solve::{LINEAR, Operators, TOLERANCE, gained},
 };
 
 /// The force on the wall over the force of the film on it, and the way there, at which a step of
@@ -14,6 +14,11 @@ use super::{
 const BALANCED: f64 = 1e-8;
 const TOGETHER: usize = 8;
 const STEPS: usize = 100;
+
+/// A wall that is moved turns if more than this part of its speed changes, and what changes is not
+/// between nothing and so many times what changed over the step before, at equal lengths.
+const BENDS: f64 = 1e-6;
+const ABRUPT: f64 = 4.0;
 
 /// Factors serve as long as a step leaves less than this of the residual.
 const SLOW: f64 = 0.1;
@@ -41,7 +46,9 @@ pub enum Drive {
 /// A film under a wall that moves: implicit steps, each from the last solution.
 ///
 /// They are of second order, by the two-step backward formula for steps of any length (BDF2). The
-/// first one is of first order, as is one over which the content would fall below zero.
+/// first one is of first order, as is one over which the content would fall below zero, and one in
+/// which a wall that is moved turns: there the parabola through three positions has another slope
+/// than the way, half as much again after a rest.
 ///
 /// # Stability
 ///
@@ -82,6 +89,8 @@ struct Past {
     heights: Vec<f64>,
     position: Vec<f64>,
     velocity: Vec<f64>,
+    /// What it gained in mean speed, over time; NaN where it turned.
+    gained: Vec<f64>,
     solved: Option<Solved>,
     figures: FilmFigures,
 }
@@ -149,6 +158,29 @@ impl Motion {
         self.free.iter().map(|&k| self.heights[k]).sum::<f64>() * self.bearing.film.cell()
     }
 
+    /// What a step gains in mean speed, over the time from the middle of the last one to its own;
+    /// NaN where the wall turns, or moves freely.
+    fn gains(&self, duration: f64, drive: &Drive) -> Vec<f64> {
+        let here = &self.bearing.position;
+        let unknown = vec![f64::NAN; here.len()];
+        let Drive::To(to) = drive else { return unknown };
+        let mut turns = false;
+        let gain = |k: usize| {
+            let speed = (to[k] - here[k]) / duration;
+            // At first it is at rest.
+            let (time, last, before) = self.past.as_ref().map_or((0.0, 0.0, 0.0), |past| {
+                let way = here[k] - past.position[k];
+                (past.duration, way / past.duration, past.gained[k])
+            });
+            let gained = 2.0 * (speed - last) / (duration + time);
+            turns |= (speed - last).abs() > BENDS * speed.abs()
+                && (gained * before < 0.0 || gained.abs() > ABRUPT * before.abs());
+            gained
+        };
+        let gains = (0..to.len()).map(gain).collect();
+        if turns { unknown } else { gains }
+    }
+
     /// Takes a step in time, in s, and returns the figures at its end, but for flows, what is
     /// stored and the imbalance of both: these are means over the step, in balance but for
     /// rounding. Their power is also that which moves the wall against the pressure.
@@ -166,19 +198,26 @@ impl Motion {
     ) -> Result<FilmFigures, FilmError> {
         let (position, velocity) = (&self.bearing.position, &self.velocity);
         // Where the step begins as one of first order, and how long it takes as such.
+        let gained = self.gains(duration, drive);
+        let turns = matches!(drive, Drive::To(_)) && gained.iter().any(|by| by.is_nan());
         let second = self.past.as_ref().and_then(|past| {
             let ratio = duration / past.duration;
             let oil = lead(&self.heights, &past.heights, ratio);
             let at = lead(position, &past.position, ratio);
             let from = [at, lead(velocity, &past.velocity, ratio)];
             let is_oil = self.free.iter().all(|&k| oil[k] >= 0.0);
-            is_oil.then_some((Some(past), ratio, oil, from))
+            (is_oil && !turns).then_some((Some(past), ratio, oil, from))
         });
         let first = || (None, 0.0, self.heights.clone(), [position.clone(), velocity.clone()]);
         let (past, ratio, oil, from) = second.unwrap_or_else(first);
         let time = duration * (1.0 + ratio) / (1.0 + 2.0 * ratio);
         let step = TimeStep { duration: time, oil };
-        let (next, position) = self.moved(duration, &step, &from, drive, settings)?;
+        let moved = |ahead| self.moved(ahead, &step, &from, drive, settings);
+        let (next, position) = match moved(duration) {
+            // Farther on, the film may carry nothing, which says nothing of where to go.
+            Err(FilmError::Unsettled) => moved(0.0)?,
+            found => found?,
+        };
         // What the solve leaves of a balance goes into the next step, so that nothing adds up.
         let (out, area) = (next.film.outflow(&next.z, &next.r), next.film.cell());
         let left = step.oil.iter().zip(out).map(|(oil, out)| oil - time / area * out).collect();
@@ -197,6 +236,7 @@ impl Motion {
         let held = self.oil();
         self.past = Some(Past {
             duration,
+            gained,
             velocity: std::mem::replace(&mut self.velocity, ways().map(|way| way / time).collect()),
             heights: std::mem::replace(&mut self.heights, left),
             position: std::mem::replace(&mut self.bearing.position, position),
@@ -253,6 +293,14 @@ impl Motion {
             (film, position) = (nearby, next);
         }
         let load = DVector::from_vec(load);
+        // Forces that cancel are known as well as the pressures that the step begins with.
+        let floor = self.solved.as_ref().map_or(0.0, |now| {
+            let sizes = bearing.modes[..load.len()].iter().map(|mode| {
+                let sizes: Vec<f64> = mode.iter().map(|by| by.abs()).collect();
+                gained(&now.film, &now.z, &sizes)
+            });
+            TOLERANCE * sizes.fold(0.0, f64::max)
+        });
         // Without a film to set out from, or with a method of the user's, each is solved alone.
         let before = self.past.as_ref().and_then(|past| past.solved.as_ref());
         let mut guess = match &self.solved {
@@ -278,9 +326,10 @@ impl Motion {
             // Inertia is the difference of positions, each of which is rounded.
             let is_rounding = |(k, off): (usize, &f64)| {
                 let sizes = position[k].abs() + from[k].abs() + (duration * begun[k]).abs();
-                off.abs() <= BALANCED * largest + 8.0 * f64::EPSILON * inertia * sizes
+                off.abs() <= BALANCED * largest + floor + 8.0 * f64::EPSILON * inertia * sizes
             };
-            let is_balanced = flips == 0 && misses.iter().enumerate().all(is_rounding);
+            let is_carried = misses.iter().enumerate().all(is_rounding);
+            let is_balanced = flips == 0 && is_carried;
             if is_balanced && !is_alone {
                 guess = Solved::judged(guess.film, guess.z, guess.r, settings)?;
             }
@@ -310,9 +359,11 @@ impl Motion {
             let left = DVector::from_fn(load.len(), |k, _| {
                 misses[k] - gained(&guess.film, &dz, &bearing.modes[k])
             });
-            let way = if load.is_empty() { Some(left) } else { known.matrix.solve(&left) };
+            let way = if load.is_empty() { None } else { known.matrix.solve(&left) };
             let way = way.filter(|way| way.iter().all(|by| by.is_finite()));
-            let mut way = way.ok_or(FilmError::Unsettled)?;
+            // A film that carries nothing has no slopes, and need not move if it is to carry none.
+            let stays = is_carried.then(|| DVector::zeros(load.len()));
+            let mut way = way.or(stays).ok_or(FilmError::Unsettled)?;
             let film = loop {
                 let mut next = position.clone();
                 next.iter_mut().zip(way.iter()).for_each(|(at, by)| *at -= by);

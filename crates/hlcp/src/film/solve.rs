@@ -61,7 +61,9 @@ pub enum FilmError {
     )]
     Unsteady,
     /// A step in time after which film, load and inertia are not in balance.
-    #[error("the step did not settle; take shorter steps")]
+    #[error(
+        "the step did not settle; take shorter steps, or a mass where the wall has none and the film carries nothing"
+    )]
     Unsettled,
 }
 
@@ -139,7 +141,7 @@ const SEARCH: f64 = 1e-7;
 pub(super) const LEAST: f64 = -1e-9;
 
 /// The residual that a solve ends at, over ‖q‖.
-const TOLERANCE: f64 = 1e-12;
+pub(super) const TOLERANCE: f64 = 1e-12;
 
 /// The rounding that is excused: by a solve that stands alone, and in a search, where a film that
 /// is done before it begins would carry what the last one did.

@@ -24,9 +24,11 @@ fn falls(
     for (step, &duration) in durations.iter().enumerate() {
         let (from, oil) = (motion.bearing.position.clone(), motion.oil());
         let drive = Drive::Under { load: load.clone(), mass };
-        // Where the film carries nothing, Newton's method has no direction.
         let figures = match motion.step(duration, &drive, &settings) {
-            Err(FilmError::Unsettled) => return Err(TestCaseError::reject("it did not settle")),
+            // Seven of a thousand journals without a mass, in their first step.
+            Err(FilmError::Unsettled) if moving == 2 && mass == 0.0 => {
+                return Err(TestCaseError::reject("it did not settle"));
+            }
             figures => figures.unwrap(),
         };
         // A solve leaves 1e-12 of what flows, and the oil is a sum of some 200 cells.
@@ -108,18 +110,25 @@ proptest! {
     }
 }
 
+/// Plates of an even gap on a full film that is fed, which carry 0.1 to 1 N at rest, and how the
+/// load falls by a speed there.
+fn plates() -> (Bearing, f64, f64) {
+    let mut film = Film::new([12, 8], [0.03, 0.02], 0.0, 0.04);
+    film.sides = [Side::Pressure(1e6); 4];
+    film.supplies = vec![Supply { corner: [0.01, 0.005], size: [0.005; 2], pressure: 1.1e6 }];
+    let plates = Bearing { ambient: 1e6, ..Bearing::pad(film) };
+    let still = Solved::new(plates.here().unwrap(), None, &Settings::default()).unwrap();
+    let carried = plates.forces(&still.film, &still.z)[0];
+    let damping = Coefficients::new(&plates, &still).unwrap().damping[0][0];
+    (plates, carried, damping)
+}
+
 /// What the loads of steps with these lengths, so many times in a row, are off those of a pad that
 /// goes up and down on a full film, at most. The gap is even, so that the load follows from the
 /// damping `C` where it is `h₀`: it is `F₀ − C v (h₀/h)³`.
 fn off(lengths: &[f64], repeated: usize) -> f64 {
     let settings = Settings::default();
-    let mut film = Film::new([12, 8], [0.03, 0.02], 0.0, 0.04);
-    film.sides = [Side::Pressure(1e6); 4];
-    film.supplies = vec![Supply { corner: [0.01, 0.005], size: [0.005; 2], pressure: 1.1e6 }];
-    let plates = Bearing { ambient: 1e6, ..Bearing::pad(film) };
-    let still = Solved::new(plates.here().unwrap(), None, &settings).unwrap();
-    let carried = plates.forces(&still.film, &still.z)[0];
-    let damping = Coefficients::new(&plates, &still).unwrap().damping[0][0];
+    let (plates, carried, damping) = plates();
     let (rise, omega, thin) = (1e-6, 30.0, 1e-5);
     let mut motion = Motion::new(plates, &settings).unwrap();
     let by = 0.1 / (repeated as f64 * lengths.iter().sum::<f64>());
@@ -153,6 +162,49 @@ proptest! {
     fn steps_of_any_lengths_are_of_second_order(lengths in lengths::<6>()) {
         let [coarse, fine] = [12, 24].map(|many| off(&lengths, many));
         prop_assert!((3.6..4.4).contains(&(coarse / fine)), "{coarse} {fine}");
+    }
+}
+
+/// A wall that turns is carried by the speed of its way, in steps of any lengths: it rests, goes
+/// one way, goes back faster and rests.
+#[test]
+fn a_wall_that_turns_is_carried_by_its_speed() {
+    let settings = Settings::default();
+    let (plates, carried, damping) = plates();
+    for lengths in [[1e-2; 3], [1e-2, 3e-2, 2e-2]] {
+        let mut motion = Motion::new(plates.clone(), &settings).unwrap();
+        let mut rise = 0.0;
+        for speed in [0.0, 1e-5, -3e-5, 0.0] {
+            for duration in lengths {
+                rise += speed * duration;
+                let to = Drive::To(vec![rise, 0.0, 0.0]);
+                let load = motion.step(duration, &to, &settings).unwrap().load;
+                let exact = carried - damping * speed * (1e-5 / (1e-5 + rise)).powi(3);
+                // What a solve leaves, of the largest.
+                assert!((load - exact).abs() <= 1e-9 * damping * 3e-5, "{load} {exact}");
+            }
+        }
+    }
+}
+
+/// Loads that are nothing at times, or all the time, on a wall without a mass.
+#[test]
+fn a_load_of_nothing_is_carried() {
+    let settings = Settings::default();
+    let film = Film::new([20, 10], [0.05, 0.03], 3.0, 0.04);
+    let film = film.with_gap(|x, _| 4e-5 - 4e-4 * x);
+    for (ambient, loads) in [(1e7, [900.0, 0.0, -900.0, 0.0]), (0.0, [0.0; 4]), (1e7, [0.0; 4])] {
+        let film = Film { sides: [Side::Pressure(ambient); 4], ..film.clone() };
+        let bearing = Bearing { ambient, ..Bearing::pad(film) };
+        let mut motion = Motion::new(bearing, &settings).unwrap();
+        for load in loads {
+            let drive = Drive::Under { load: vec![load], mass: 0.0 };
+            let carried = motion.step(1e-4, &drive, &settings).unwrap().load;
+            // A sum of pressures on 1.5e-3 m².
+            assert!(
+                (carried - load).abs() <= 1.1e-8 * load.abs() + 1e-10 * (1e3 + ambient * 1.5e-3)
+            );
+        }
     }
 }
 
