@@ -556,6 +556,9 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             }
             return true;
         }
+        if self.at_work().is_some_and(|worker| worker.turn(end)) {
+            return true;
+        }
         // Most likely it is rounding; what else may help is tried, but not to the limits.
         match &self.candidates[self.at].worker {
             Some(Worker::Pivoting(pivoting)) if pivoting.has_right_signs() => {

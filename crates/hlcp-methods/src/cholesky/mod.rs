@@ -96,6 +96,9 @@ pub(crate) struct Cholesky {
     shares: Vec<f64>,
 }
 
+/// A pivot that stands for one that rounding has left with another sign.
+const LOST: f64 = 1e100;
+
 impl Cholesky {
     /// Room for the factors of any J(x) of a problem, and what they cost; nothing where they are
     /// not to be had.
@@ -274,10 +277,13 @@ impl Cholesky {
             (SparseColMatRef::new(pattern, &self.upper.values), MemStack::new(&mut room));
         let sign = |&j: &usize| if self.divisors[j] > 0.0 { 1 } else { -1 };
         let signs: Vec<i8> = self.some.iter().map(sign).collect();
-        // A pivot of another sign is replaced by one that is not finite, and that is an error.
+        // A pivot of another sign is replaced. Where each column has a share of the other one there
+        // is none but by rounding, and a large one leaves its unknown where it is; elsewhere one
+        // that is not finite is an error.
+        let has_shares = self.some.iter().all(|&j| self.e[j] != 0.0);
         let regularization = LdltRegularization {
             dynamic_regularization_signs: Some(&signs),
-            dynamic_regularization_delta: f64::INFINITY,
+            dynamic_regularization_delta: if has_shares { LOST } else { f64::INFINITY },
             dynamic_regularization_epsilon: 0.0,
         };
         let (par, settings) = (Par::Seq, Default::default());

@@ -5,9 +5,10 @@ use hlcp_core::{Error, Hlcp, Norms, Rhs, Rows, Scalar, check_row};
 #[cfg(feature = "direct")]
 use crate::cholesky::Cholesky;
 use crate::{
-    Clock, GROWTH, Method, Work,
+    Clock, GROWTH, Method, Status, Work,
     limits::{Cost, FRACTION},
     method::measure,
+    monitor::ROUNDING,
     safeguard::ROUGH,
 };
 use factors::{Factors, worth};
@@ -315,6 +316,11 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         Some(count > 0)
     }
 
+    /// The residual of `x` that rounding may leave.
+    fn rounding(&mut self, q: &Rhs<'_, T>, x: &[T]) -> f64 {
+        ROUNDING * self.problem.estimated_rounding(q, x, &mut self.scratch).l2
+    }
+
     /// Overwrites `y` with what the columns that the signs of `x` select make of it, but where none
     /// are left to try.
     fn pivot(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) {
@@ -454,6 +460,12 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
         true
     }
 
+    /// Goes the next way, if one has begun: the iterate stays where columns lead nowhere.
+    fn turn(&mut self, end: Status) -> bool {
+        let has_begun = self.fewest == usize::MAX && self.way != Way::Over;
+        end == Status::Stagnated && (has_begun || self.interior.is_some())
+    }
+
     fn work(&self) -> Option<Work> {
         let before = if self.steps > 0 { self.cost.before } else { 0 };
         Some(Work::sweeps(before + self.steps * (self.cost.worth + 2)))
@@ -480,11 +492,13 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
         let led = self.residual(q, y).expect("it is measured").l2;
         let most = if self.fewest == 0 { ROUGH } else { FAR };
         // Right signs of columns that do not solve the equations stay as they are; what is less may
-        // be rounding, unless the columns are singular and there are others to try.
+        // be rounding, unless the columns are singular and there are others to try, or are those of
+        // a start, and it is more.
         let rests = self.fewest == 0 && led > 0.5 * norms.l2;
         let is_stuck = rests
             && (led > FRACTION * q.norms().l2
-                || self.way <= Way::Other && self.factors.are_singular());
+                || self.way <= Way::Other && self.factors.are_singular()
+                || self.way == Way::Start && led > self.rounding(q, y));
         let has_digits = led.is_finite() && led <= most * q.norms().l2 && !is_stuck;
         if !has_digits {
             y.copy_from_slice(x);
