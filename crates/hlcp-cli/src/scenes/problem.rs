@@ -185,7 +185,7 @@ pub(super) fn slider<T: Scalar>(numbers: &Numbers) -> Posing<T> {
         ];
         vec![
             ("peak_pa", widened([0, 1].map(|end| largest(end) * Slider::PRESSURE_UNIT))),
-            ("rupture_m", [place(first), place(last)]),
+            ("rupture_m", widened([place(first), place(last)])),
         ]
     }))
 }
@@ -393,19 +393,6 @@ pub(super) fn american_put<T: Scalar>(numbers: &Numbers) -> Posing<T> {
     let problem = problem.with_figures(move |z, _| {
         vec![("price", put.price(z, spot)), ("exercise", put.exercise(z))]
     });
-    // Of the last problem, whose q is what the one before left.
-    Ok(problem.with_proofs("exercise", move |certificate| {
-        let mut z = vec![0.0; certificate.sides.len()];
-        let (zeros, base) = (z.clone(), put.price(&z, spot));
-        let weight = |j: usize| {
-            z[j] = 1.0;
-            let price = put.price(&z, spot);
-            z[j] = 0.0;
-            price - base
-        };
-        let weights: Vec<f64> = (0..zeros.len()).map(weight).collect();
-        // The place of the spot between points is off by a rounding for each of these.
-        let roundings = 64.0 + weights.len() as f64;
-        vec![("price", proved_sum(certificate, [&weights, &zeros], base, roundings))]
-    }))
+    // The price is that of all steps, and a certificate only of the last one.
+    Ok(problem.with_proofs("exercise", |_| vec![]))
 }

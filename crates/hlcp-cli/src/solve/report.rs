@@ -202,6 +202,9 @@ impl Proved {
 }
 
 fn words_of_certificate<T>(problem: &Problem<T>, found: &Proved) -> io::Result<()> {
+    if problem.march.0 > 1 {
+        print::line("  proofs of the last time step alone, for what the ones before it led to:")?;
+    }
     let unique = match &found.uniqueness {
         Some(found) => found.to_string(),
         None => format!("not looked at beyond {SEARCHED} unknowns"),
