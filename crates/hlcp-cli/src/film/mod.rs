@@ -123,8 +123,8 @@ pub(crate) struct Arguments {
     supply: Vec<Numbers>,
     /// An axial groove, in degrees from x = 0, with its pressure [default: that of --ambient], its
     /// width in degrees [default: none] and its length, in units of --x-unit [default: that of the
-    /// bearing]: the cells whose middles lie in it, or without a width the nearest face between two
-    /// columns
+    /// bearing, closed at its ends]: the cells whose middles lie in it, or without a width the
+    /// nearest face between two columns
     #[arg(long, help_heading = SHAPE, value_name = "DEGREES[,PRESSURE[,WIDTH[,LENGTH]]]")]
     #[arg(requires = "journal")]
     groove: Vec<Numbers>,

@@ -36,7 +36,10 @@ fn what_settles_by_rounding_is_told() {
         assert!(number(&found, "feed") < 1e-8 && number(&found, "least_content") > 0.0, "{found}");
         let doubt = found["doubt"].as_str().expect("a doubt");
         assert!(doubt.contains("of the oil that goes round enters the film"), "{doubt}");
-        assert!(doubt.contains("only the gap and what is certified are not"), "{doubt}");
+        assert!(
+            doubt.contains("what is certified holds for the coefficients as they were rounded"),
+            "{doubt}"
+        );
         assert!(err.starts_with(&format!("warning: {doubt}")), "{err}");
     }
     let weak = unfed(500.0, 1.0, 1.0, 0.9, 100.0);

@@ -134,6 +134,11 @@ fn unsound_films_are_refused_with_their_numbers() {
         let supply = Supply { corner: [x, 0.0], size: [lx, 0.01], pressure: 0.0 };
         Film { supplies: vec![supply], ..film() }
     };
+    let overlap = |sizes: [f64; 2], second: f64| {
+        let of = |(lx, pressure)| Supply { corner: [0.005, 0.0], size: [lx, 0.01], pressure };
+        Film { supplies: [(sizes[0], 1e5), (sizes[1], second)].map(of).into(), ..film() }
+    };
+    assert!(overlap([0.01, 0.005], 1e5).pose().is_ok());
     let with_step = |duration: f64, content: f64| {
         let oil = film().gap.iter().map(|h| content * h).collect();
         Film { step: Some(TimeStep { duration, oil }), ..film() }
@@ -160,6 +165,8 @@ fn unsound_films_are_refused_with_their_numbers() {
         (with_supply(0.019, 0.01), "the place of a supply, in m, is 0.019"),
         (with_supply(0.0, 0.0), "the number of cells of a supply is 0"),
         (with_supply(0.0, 0.002), "the number of cells of a supply is 0"),
+        (overlap([0.01, 0.005], 2e5), "the pressure of a supply that overlaps another one is 2"),
+        (overlap([0.0, 0.0], 2e5), "the pressure of a supply that overlaps another one is 2"),
         (with_step(0.0, 1.0), "the duration of a time step is 0"),
         (with_step(1e-3, -1.0), "the oil before a time step, in m, is -"),
         (Film::new([0, 3], [1.0, 1.0], 1.0, 1.0), "the grid has 0 x 3 points"),

@@ -86,13 +86,17 @@ fn any_film(next: &mut impl FnMut() -> f64) -> (Film, f64) {
     for _ in 2..supplies {
         let pressure = film.cavitation + size(next, 0.0, 7.0);
         let mut whole = |most: usize| (next() * most as f64) as usize;
-        if whole(2) == 0 && nx > 1 {
+        let supply = if whole(2) == 0 && nx > 1 {
             let x = (1 + whole(nx - 1)) as f64 * dx;
-            film.supplies.push(Supply { corner: [x, 0.0], size: [0.0, lengths[1]], pressure });
+            Supply { corner: [x, 0.0], size: [0.0, lengths[1]], pressure }
         } else {
             let (i, j) = (whole(nx) as f64 + 0.25, whole(ny) as f64 + 0.25);
             let corner = [i * dx, j * dy];
-            film.supplies.push(Supply { corner, size: [0.5 * dx, 0.5 * dy], pressure });
+            Supply { corner, size: [0.5 * dx, 0.5 * dy], pressure }
+        };
+        // Two pressures at one place are refused.
+        if film.supplies.iter().all(|other| other.corner != supply.corner) {
+            film.supplies.push(supply);
         }
     }
     if steps == 0 {
@@ -212,11 +216,16 @@ impl Figures {
                     Side::Starved(_) if to < 4 && count > 2 => {
                         let [here, next, third] = [0, 1, 2].map(|steps| gap(inwards(steps)));
                         let [rise, before] = [&here - &next, &next - third];
-                        let is_smooth = (&rise * &before).is_positive()
-                            && rise.abs() <= &two * before.abs()
-                            && before.abs() <= &two * rise.abs();
-                        let edge = (&here + &here + &here - next) / &two;
-                        if is_smooth && edge.is_positive() { edge } else { here }
+                        let half = &here / &two;
+                        // Half the slope of the smaller modulus, of two of one sign.
+                        let edge = if !(&rise * &before).is_positive() {
+                            here
+                        } else if rise.abs() <= &two * before.abs() {
+                            here + rise / &two
+                        } else {
+                            here + before
+                        };
+                        edge.max(half)
                     }
                     _ => gap(k),
                 };

@@ -103,8 +103,9 @@ impl FilmFigures {
         };
         Some(format!(
             "{why}, so rounding settles the film content; load, moments, friction, power, flows \
-             and peak are uncertain, only the gap and what is certified are not; feed the film \
-             more, by a supply, a groove or the pressure around it"
+             and peak are uncertain, only the gap is not, and what is certified holds for the \
+             coefficients as they were rounded; feed the film more, by a supply, a groove or the \
+             pressure around it"
         ))
     }
 }

@@ -184,8 +184,8 @@ impl Film {
             }
             Gate::Out { cell, outward, place, .. } => {
                 let at_end = self.at_end(axis, cell, outward, place);
-                let gap = at_end.map(|(cell, part)| part * self.gap[cell]);
-                [2.0 * self.mobility(cell), outward * (gap[0] + gap[1])]
+                let gap: f64 = at_end.iter().map(|&(cell, part)| part * self.gap[cell]).sum();
+                [2.0 * self.mobility(cell), outward * gap]
             }
         };
         self.of_passage(axis, mobility, gap)
@@ -193,29 +193,35 @@ impl Film {
 
     /// The cells that the gap at a reservoir is made of, and their parts in it.
     ///
-    /// What enters at a starved side flows on as it is, so the gap at the very edge counts: those
-    /// of the first two cells are continued to it, unless the third tells of a step.
+    /// What enters at a starved side flows on as it is, so the gap at the very edge counts: half
+    /// the slope of the first two cells further, or the slope of the next two where the first is
+    /// more than twice that, as at a step, and none where they differ in sign; at least half the
+    /// gap of the first cell. So the edge is of second order, and changes with gaps without a jump.
     pub(super) fn at_end(
         &self,
         axis: usize,
         cell: usize,
         outward: f64,
         place: Place,
-    ) -> [(usize, f64); 2] {
-        let alone = [(cell, 1.0), (cell, 0.0)];
+    ) -> [(usize, f64); 3] {
+        let of = |cells: [usize; 3], parts: [f64; 3]| [0, 1, 2].map(|k| (cells[k], parts[k]));
         let is_starved = |side: usize| matches!(self.sides[side], Side::Starved(_));
         let (count, stride) = ([self.nx, self.ny][axis], [1, self.nx][axis]);
         if count < 3 || !matches!(place, Place::Side(side) if is_starved(side)) {
-            return alone;
+            return of([cell; 3], [1.0, 0.0, 0.0]);
         }
-        let inwards = |k: usize| if outward > 0.0 { cell - k * stride } else { cell + k * stride };
-        let [here, next, third] = [0, 1, 2].map(|k| self.gap[inwards(k)]);
-        let bend = (here - next) / (next - third);
-        if (0.5..=2.0).contains(&bend) && 3.0 * here > next {
-            [(cell, 1.5), (inwards(1), -0.5)]
+        let cells =
+            [0, 1, 2].map(|k| if outward > 0.0 { cell - k * stride } else { cell + k * stride });
+        let [here, next, third] = cells.map(|k| self.gap[k]);
+        let [first, second] = [here - next, next - third];
+        let (parts, edge) = if first.signum() != second.signum() {
+            ([1.0, 0.0, 0.0], here)
+        } else if first.abs() <= 2.0 * second.abs() {
+            ([1.5, -0.5, 0.0], here + 0.5 * first)
         } else {
-            alone
-        }
+            ([1.0, 1.0, -1.0], here + second)
+        };
+        of(cells, if edge < 0.5 * here { [0.5, 0.0, 0.0] } else { parts })
     }
 
     /// The mobilities and the gaps of two cells.

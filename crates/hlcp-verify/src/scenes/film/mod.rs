@@ -136,8 +136,9 @@ pub enum Side {
 /// A rectangle of a [`Film`] that is kept full at a pressure: a supply pocket, or a groove.
 ///
 /// It consists of the cells whose centres it holds. A groove whose size along `x` is zero is the
-/// nearest face between two columns. Of supplies that overlap the first one counts. Along a
-/// periodic direction a rectangle may reach beyond the end.
+/// nearest face between two columns. Supplies may overlap if they have one pressure; what flows is
+/// then that of the first. No oil leaves by an end at a side of the film. Along a periodic
+/// direction a rectangle may reach beyond the end.
 ///
 /// ```
 /// use hlcp_verify::Supply;
@@ -473,6 +474,7 @@ impl Film {
             let name = "the number of periodic sides of a direction";
             check(name, count as f64, count != 1, "0 or 2")?;
         }
+        let mut held: [Vec<Option<f64>>; 2] = Default::default();
         for supply in &self.supplies {
             pressure(supply.pressure)?;
             for axis in 0..2 {
@@ -487,11 +489,19 @@ impl Film {
             }
             let (columns, rows) = self.covered(supply);
             let is_groove = supply.size[0] == 0.0 && !self.is_periodic(0);
-            let held = columns.len() * rows.len();
-            let inside = held > 0 && !(is_groove && (columns[0] == 0 || columns[0] >= self.nx));
+            let inside = columns.len() * rows.len() > 0
+                && !(is_groove && (columns[0] == 0 || columns[0] >= self.nx));
             let range = "1 or more: those whose middle it covers, or of a groove those beside it; \
                          make it wider, or take more cells";
             check("the number of cells of a supply", 0.0, inside, range)?;
+            let held = &mut held[usize::from(supply.size[0] == 0.0)];
+            held.resize(n, None);
+            for cell in rows.iter().flat_map(|j| columns.iter().map(move |i| j * self.nx + i)) {
+                let is_one = *held[cell].get_or_insert(supply.pressure) == supply.pressure;
+                let name = "the pressure of a supply that overlaps another one";
+                let range = "that of the other one; else move one of them";
+                check(name, supply.pressure, is_one, range)?;
+            }
         }
         if let Some(step) = &self.step {
             super::positive("the duration of a time step", step.duration)?;

@@ -304,9 +304,10 @@ impl Film {
                 };
                 let width = self.proved_spacing(1 - axis);
                 let conductance = self.proved_mobility(cell).times(2.0).product(width);
-                let [near, next] = (self.at_end(axis, cell, outward, place))
+                let [near, next, third] = (self.at_end(axis, cell, outward, place))
                     .map(|(cell, part)| Interval::exactly(self.gap[cell]).times(outward * part));
-                let carried = width.product(near.plus(next)).product(self.proved_drift(axis));
+                let gap = near.plus(next).plus(third);
+                let carried = width.product(gap).product(self.proved_drift(axis));
                 let driven = conductance.product(self.proved_spacing(axis).reciprocal());
                 total.add(carried.product(content).plus(driven.product(fall)).times(sign));
                 if axis == 0 {
