@@ -1,9 +1,9 @@
 //! Matrices and vectors in Matrix Market files, read by a reader that believes nothing.
 //!
 //! What a header declares is checked against the file's length before anything is allocated, and
-//! every entry against the header. Read are `coordinate` matrices, `real` or `integer`, `general`
-//! or `symmetric`; vectors in the `array` or `coordinate` format, as a column or a row, or as plain
-//! numbers, one a line.
+//! every entry against the header. Read are `coordinate` matrices, `real` or `integer`, `general`,
+//! `symmetric` or `skew-symmetric`; vectors in the `array` or `coordinate` format, as a column or a
+//! row, or as plain numbers, one a line.
 
 use std::{
     any::type_name,
@@ -24,8 +24,8 @@ use crate::files::{self, excerpt};
 /// [`FileError`] for a file that cannot be opened, or is no regular one; a banner other than the
 /// ones above; lines that are not UTF-8, too long or end in CRLF; sizes that are not numbers, not
 /// square, more entries than the file can hold or fewer than rows; entries that are out of range,
-/// above the diagonal of a symmetric matrix, given twice or not finite; and for fewer or more
-/// entries than declared.
+/// above the diagonal of a symmetric matrix, or on that of a skew one, given twice or not finite;
+/// and for fewer or more entries than declared.
 ///
 /// # Cost
 ///
@@ -47,11 +47,21 @@ pub fn read_matrix<T: Scalar>(path: impl AsRef<Path>) -> Result<Csr<'static, T>,
     let bytes = content(path)?;
     let mut lines = Lines::new(path, &bytes);
     let banner = lines.expect(|| "the banner %%MatrixMarket".into())?;
-    let lowered = banner.to_ascii_lowercase();
+    let lowered = kind_of(banner);
     lines.is_whole = lowered.contains("integer");
-    let symmetric = match lowered.split_whitespace().collect::<Vec<_>>()[..] {
-        ["%%matrixmarket", "matrix", "coordinate", "real" | "integer", "general"] => false,
-        ["%%matrixmarket", "matrix", "coordinate", "real" | "integer", "symmetric"] => true,
+    // What entries below the diagonal are multiplied by above it.
+    let mirrored = match lowered.split_whitespace().collect::<Vec<_>>()[..] {
+        [
+            "%%matrixmarket",
+            "matrix",
+            "coordinate",
+            "real" | "integer",
+            symmetry @ ("general" | "symmetric" | "skew-symmetric"),
+        ] => match symmetry {
+            "general" => None,
+            "symmetric" => Some(T::one()),
+            _ => Some(-T::one()),
+        },
         ref words => {
             let hint = if words.get(2) == Some(&"array") {
                 "; write a dense matrix as a sparse one, in SciPy mmwrite(path, csr_matrix(A))"
@@ -59,7 +69,7 @@ pub fn read_matrix<T: Scalar>(path: impl AsRef<Path>) -> Result<Csr<'static, T>,
                 ""
             };
             return Err(lines.fault(format!(
-                "'{}' is not '%%MatrixMarket matrix coordinate real|integer general|symmetric'{hint}",
+                "'{}' is not '%%MatrixMarket matrix coordinate real|integer general|symmetric|skew-symmetric'{hint}",
                 excerpt(banner)
             )));
         }
@@ -75,7 +85,7 @@ pub fn read_matrix<T: Scalar>(path: impl AsRef<Path>) -> Result<Csr<'static, T>,
     if entries > u32::MAX as usize / 2 {
         return Err(lines.fault(format!("{entries} entries are more than are read, 2³¹")));
     }
-    let most = if symmetric { 2 * entries } else { entries };
+    let most = if mirrored.is_some() { 2 * entries } else { entries };
     if most < rows {
         return Err(lines.fault(format!("{rows} rows have {most} entries, but each needs one")));
     }
@@ -93,20 +103,24 @@ pub fn read_matrix<T: Scalar>(path: impl AsRef<Path>) -> Result<Csr<'static, T>,
         if !(1..=rows).contains(&i) || !(1..=rows).contains(&j) {
             return Err(lines.fault(format!("entry ({i}, {j}) is outside 1..={rows}")));
         }
-        if symmetric && j > i {
+        if mirrored.is_some() && j > i {
             let above = format!("entry ({i}, {j}) of a symmetric matrix is above the diagonal");
             return Err(lines.fault(above));
         }
+        if mirrored == Some(-T::one()) && j == i {
+            let on = format!("entry ({i}, {j}) of a skew-symmetric matrix is on the diagonal");
+            return Err(lines.fault(on));
+        }
         let [i, j] = [i, j].map(|k| k as u32 - 1);
         triplets.push((i, j, value));
-        if symmetric && i != j {
-            triplets.push((j, i, value));
+        if let Some(factor) = mirrored.filter(|_| i != j) {
+            triplets.push((j, i, factor * value));
         }
     }
     lines.expect_end()?;
     assemble(rows, triplets).map_err(|(i, j)| {
         // What is stored of a symmetric matrix is on the diagonal and below it.
-        let place = if symmetric { [i.max(j), i.min(j)] } else { [i, j] }.map(|k| k + 1);
+        let place = if mirrored.is_some() { [i.max(j), i.min(j)] } else { [i, j] }.map(|k| k + 1);
         let is_there = |line: &[u8]| {
             let mut words = str::from_utf8(line).unwrap_or_default().split_whitespace();
             place.iter().all(|k| words.next().and_then(|word| word.parse().ok()) == Some(*k))
@@ -119,6 +133,11 @@ pub fn read_matrix<T: Scalar>(path: impl AsRef<Path>) -> Result<Csr<'static, T>,
         let line = lines.filter(|(_, line)| is_there(line)).last().map(|(number, _)| number);
         FileError { path: path.to_owned(), line, reason }
     })
+}
+
+/// The banner in lower case; unsigned entries are read as any.
+fn kind_of(banner: &str) -> String {
+    banner.to_ascii_lowercase().replace("unsigned-integer", "integer")
 }
 
 /// The matrix of the triplets, or the place of the first one that comes twice.
@@ -163,7 +182,7 @@ pub fn read_vector<T: Scalar>(path: impl AsRef<Path>, order: usize) -> Result<Ve
     if is_filler(first) && !first.starts_with("%%") {
         first = lines.expect_data(|| "a number".into())?;
     }
-    let banner = first.to_ascii_lowercase();
+    let banner = kind_of(first);
     lines.is_whole = banner.contains("integer");
     let (coordinate, plain) = match banner.split_whitespace().collect::<Vec<_>>()[..] {
         ["%%matrixmarket", "matrix", "array", "real" | "integer", "general"] => (false, false),
@@ -225,7 +244,8 @@ pub fn read_vector<T: Scalar>(path: impl AsRef<Path>, order: usize) -> Result<Ve
     Ok(vector)
 }
 
-/// Writes each vector to its file, in the `array` format with every digit.
+/// Writes each vector to its file, in the `array` format with every digit, so that it is the same
+/// numbers in `f64`, too.
 ///
 /// A regular file that exists is replaced, once all are written.
 ///
@@ -240,13 +260,15 @@ pub fn read_vector<T: Scalar>(path: impl AsRef<Path>, order: usize) -> Result<Ve
 /// let path = std::env::temp_dir().join(format!("hlcp-{}-z.mtx", std::process::id()));
 /// market::write_vectors(&[(&path, &[0.1, 0.0])])?;
 /// assert_eq!(market::read_vector::<f64>(&path, 2)?, [0.1, 0.0]);
+/// market::write_vectors(&[(&path, &[0.1_f32])])?;
+/// assert_eq!(market::read_vector::<f64>(&path, 1)?, [f64::from(0.1_f32)]);
 /// # std::fs::remove_file(path)?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn write_vectors<T: Scalar>(vectors: &[(&Path, &[T])]) -> Result<(), FileError> {
     files::write_together(vectors, |vector, file| {
         writeln!(file, "%%MatrixMarket matrix array real general\n{} 1", vector.len())?;
-        vector.iter().try_for_each(|value| writeln!(file, "{value:e}"))
+        vector.iter().try_for_each(|value| writeln!(file, "{:e}", value.wide()))
     })
 }
 

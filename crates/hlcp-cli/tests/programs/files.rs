@@ -122,6 +122,12 @@ fn what_a_matrix_may_look_like() {
     // Half of the entries are stored, less than one for each row.
     let exchange = "%%MatrixMarket matrix coordinate real symmetric\n2 2 1\n2 1 0.5\n";
     assert_eq!(read(exchange), [(0, 1, 0.5), (1, 0, 0.5)]);
+    // As SciPy writes the matrices of linear programs, and those of unsigned entries.
+    let skew = "%%MatrixMarket matrix coordinate real skew-symmetric\n2 2 1\n2 1 0.5\n";
+    assert_eq!(read(skew), [(0, 1, -0.5), (1, 0, 0.5)]);
+    let unsigned =
+        "%%MatrixMarket matrix coordinate unsigned-integer general\n2 2 2\n1 1 4\n2 2 3\n";
+    assert_eq!(read(unsigned), [(0, 0, 4.0), (1, 1, 3.0)]);
 
     for text in [
         "%%MatrixMarket matrix array real general\n3 1\n1\n0\n-2.0\n",
@@ -164,7 +170,7 @@ const BAD_ENTRIES: [(&str, &str); 16] = [
 
 /// The same, with what follows `%%MatrixMarket matrix` in the head.
 #[rustfmt::skip] // a table
-const BAD: [(&str, &str); 7] = [
+const BAD: [(&str, &str); 8] = [
     ("coordinate real symmetric\n2 2 4\n1 1 1\n2 1 1\n2 2 1\n2 1 2\n",
      "line 6: entry (2, 1) is given twice"),
     ("coordinate integer general\n2 2 2\n1 1 1\n2 2 1.5\n",
@@ -175,6 +181,7 @@ const BAD: [(&str, &str); 7] = [
     ("coordinate complex general\n2 2 2\n1 1 1 0\n2 2 1 0\n", "is not"),
     ("array real general\n2 2\n1\n0\n0\n1\n", "; write a dense matrix as"),
     ("coordinate real symmetric\n2 2 3\n1 1 1\n2 2 1\n1 2 2\n", "above the diagonal"),
+    ("coordinate real skew-symmetric\n2 2 2\n2 1 1\n2 2 1\n", "is on the diagonal"),
 ];
 
 #[test]
