@@ -94,10 +94,9 @@ pub(crate) struct Cholesky {
     numeric: Option<Vec<f64>>,
     /// What diagonals without an entry have been given.
     shares: Vec<f64>,
+    /// True if all rows have them.
+    shares_all: bool,
 }
-
-/// A pivot that stands for one that rounding has left with another sign.
-const LOST: f64 = 1e100;
 
 impl Cholesky {
     /// Room for the factors of any J(x) of a problem, and what they cost; nothing where they are
@@ -162,6 +161,7 @@ impl Cholesky {
             symbolic: None,
             numeric: None,
             shares: vec![],
+            shares_all: false,
         };
         cholesky.fill();
         let ([order, _], [numbers, multiplications]) = order(&cholesky.upper, &cholesky.shares)?;
@@ -174,14 +174,14 @@ impl Cholesky {
         (numbers <= NUMBERS).then_some((cholesky, cost))
     }
 
-    /// Returns what the diagonal is given where a free row has none, by the place of columns in the
-    /// triangle: a small part of what the others make of it.
+    /// Returns what the diagonal is given where a free row has none, or everywhere, by the place of
+    /// columns in the triangle: a small part of what the others make of it.
     fn shares(&self, place: &[usize]) -> Vec<f64> {
         let own =
             |j: usize| self.matrix.row(j).filter(|&(i, _)| i == j).map(|(_, a)| a).sum::<f64>();
         let pivot = |j: usize| own(j) + self.e[j] / self.c[j];
         let share = |&j: &usize| {
-            if self.free[j] == 0.0 || own(j) != 0.0 {
+            if !self.shares_all && (self.free[j] == 0.0 || own(j) != 0.0) {
                 return 0.0;
             }
             let others = self.matrix.row(j).filter(|&(i, _)| place[i] < self.some.len());
@@ -231,10 +231,18 @@ impl Cholesky {
         }
         self.some.clear();
         self.some.extend(self.order.iter().copied().filter(|&j| self.c[j] != 0.0));
-        if !self.fill() {
-            self.symbolic = None;
+        for shares_all in [false, true] {
+            self.shares_all = shares_all;
+            if !self.fill() {
+                self.symbolic = None;
+            }
+            self.numeric = self.factors();
+            // Where each column has a part of the other one, it may be rounding that has turned a
+            // pivot, if a small share of it for all turns it back.
+            if self.has_factors() || self.some.iter().any(|&j| self.e[j] == 0.0) {
+                break;
+            }
         }
-        self.numeric = self.factors();
     }
 
     /// The factors, in the memory of those before, unless memory is missing or a pivot has not the
@@ -277,13 +285,10 @@ impl Cholesky {
             (SparseColMatRef::new(pattern, &self.upper.values), MemStack::new(&mut room));
         let sign = |&j: &usize| if self.divisors[j] > 0.0 { 1 } else { -1 };
         let signs: Vec<i8> = self.some.iter().map(sign).collect();
-        // A pivot of another sign is replaced. Where each column has a share of the other one there
-        // is none but by rounding, and a large one leaves its unknown where it is; elsewhere one
-        // that is not finite is an error.
-        let has_shares = self.some.iter().all(|&j| self.e[j] != 0.0);
+        // A pivot of another sign is replaced by one that is not finite, and that is an error.
         let regularization = LdltRegularization {
             dynamic_regularization_signs: Some(&signs),
-            dynamic_regularization_delta: if has_shares { LOST } else { f64::INFINITY },
+            dynamic_regularization_delta: f64::INFINITY,
             dynamic_regularization_epsilon: 0.0,
         };
         let (par, settings) = (Par::Seq, Default::default());
