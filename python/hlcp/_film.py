@@ -36,7 +36,7 @@ class FilmResult(Result):
     full_friction : list of float
         The same if all of the gap is sheared, as handbooks count it.
     power : float
-        The power that moves the walls, in W.
+        The power that moves the walls along the film, in W.
     sides : list of float
         What flows out in the west, east, south and north, in m^3/s.
     supplies : list of float

@@ -37,8 +37,8 @@ use crate::{
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Refusal {
-    /// A diagonal entry of `A` or `B` is not positive and finite.
-    #[error("a diagonal entry of A or B is not positive and finite")]
+    /// A diagonal entry of `A` or `B`, or the ratio of both in a row, is not positive and finite.
+    #[error("a diagonal entry of A or B, or the ratio of both, is not positive and finite")]
     Diagonal,
     /// An entry off the diagonal of `A` or `B` may be positive.
     #[error("an entry off the diagonal of A or B may be positive")]

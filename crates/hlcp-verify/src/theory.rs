@@ -196,8 +196,8 @@ pub fn alpha_bound<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -
 /// `ρ[(D_A + D_BΩ)⁻¹(max(D_A, D_BΩ) + max(|C_A|, |C_B|Ω))]`, whose reciprocal bounds α in the
 /// relaxed theorem.
 ///
-/// Below 1, it proves convergence for no α > 1, and not for α ≤ 1 either. As precise as
-/// [`alpha_bound`], with which it agrees under the hypotheses of Theorem 2.
+/// Where the reciprocal is below 1, it proves convergence for no α > 1, and not for α ≤ 1 either.
+/// As precise as [`alpha_bound`], with which it agrees under the hypotheses of Theorem 2.
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};

@@ -122,7 +122,9 @@ impl fmt::Display for Reason {
         f.write_str(match self {
             Self::Signs => "no witness was found, and entries beside the diagonals are positive",
             Self::NoMMatrix => "neither A nor B is a nonsingular M-matrix",
-            Self::Rounding => "a choice of columns of A and B is singular within rounding",
+            Self::Rounding => {
+                "a choice of columns of A and B is singular within rounding, or a number overflowed"
+            }
             Self::TimeLimit => "the time limit was reached",
         })
     }

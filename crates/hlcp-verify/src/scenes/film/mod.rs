@@ -52,7 +52,8 @@ pub use proved::ProvedFigures;
 /// # Theory
 ///
 /// `A` is a symmetric M-matrix, singular unless a side or a supply has a pressure; `B` is an
-/// M-matrix whose columns sum to zero or more. [`certify`](crate::certify) finds the sum witness.
+/// M-matrix whose columns sum to zero or more. [`uniqueness`](crate::uniqueness()) finds the left
+/// witness.
 ///
 /// # Source
 ///
