@@ -94,9 +94,10 @@ pub(crate) struct Cholesky {
     numeric: Option<Vec<f64>>,
     /// What diagonals without an entry have been given.
     shares: Vec<f64>,
-    /// True if all rows have them.
-    shares_all: bool,
 }
+
+/// A pivot that stands for one to which rounding has given another sign.
+const LOST: f64 = 1e100;
 
 impl Cholesky {
     /// Room for the factors of any J(x) of a problem, and what they cost; nothing where they are
@@ -161,7 +162,6 @@ impl Cholesky {
             symbolic: None,
             numeric: None,
             shares: vec![],
-            shares_all: false,
         };
         cholesky.fill();
         let ([order, _], [numbers, multiplications]) = order(&cholesky.upper, &cholesky.shares)?;
@@ -174,14 +174,14 @@ impl Cholesky {
         (numbers <= NUMBERS).then_some((cholesky, cost))
     }
 
-    /// Returns what the diagonal is given where a free row has none, or everywhere, by the place of
-    /// columns in the triangle: a small part of what the others make of it.
+    /// Returns what the diagonal is given where a free row has none, by the place of columns in the
+    /// triangle: a small part of what the others make of it.
     fn shares(&self, place: &[usize]) -> Vec<f64> {
         let own =
             |j: usize| self.matrix.row(j).filter(|&(i, _)| i == j).map(|(_, a)| a).sum::<f64>();
         let pivot = |j: usize| own(j) + self.e[j] / self.c[j];
         let share = |&j: &usize| {
-            if !self.shares_all && (self.free[j] == 0.0 || own(j) != 0.0) {
+            if self.free[j] == 0.0 || own(j) != 0.0 {
                 return 0.0;
             }
             let others = self.matrix.row(j).filter(|&(i, _)| place[i] < self.some.len());
@@ -231,24 +231,19 @@ impl Cholesky {
         }
         self.some.clear();
         self.some.extend(self.order.iter().copied().filter(|&j| self.c[j] != 0.0));
-        for shares_all in [false, true] {
-            self.shares_all = shares_all;
-            if !self.fill() {
-                self.symbolic = None;
-            }
-            self.numeric = self.factors();
-            // Where each column has a part of the other one, it may be rounding that has turned a
-            // pivot, if a small share of it for all turns it back.
-            if self.has_factors() || self.some.iter().any(|&j| self.e[j] == 0.0) {
-                break;
-            }
+        if !self.fill() {
+            self.symbolic = None;
         }
+        self.numeric = self.factors();
     }
 
     /// The factors, in the memory of those before, unless memory is missing or a pivot has not the
     /// sign of its row.
     fn factors(&mut self) -> Option<Vec<f64>> {
         let mut values = self.numeric.take().unwrap_or_default();
+        // What takes the place of a pivot of another sign than its row has: if that is rounding, a
+        // number that leaves its unknown where it is, else one that is not finite, an error.
+        let lost = if self.is_quasidefinite() { LOST } else { f64::INFINITY };
         let pattern = self.upper.pattern();
         let symbolic = match &mut self.symbolic {
             Some(symbolic) => symbolic,
@@ -285,10 +280,9 @@ impl Cholesky {
             (SparseColMatRef::new(pattern, &self.upper.values), MemStack::new(&mut room));
         let sign = |&j: &usize| if self.divisors[j] > 0.0 { 1 } else { -1 };
         let signs: Vec<i8> = self.some.iter().map(sign).collect();
-        // A pivot of another sign is replaced by one that is not finite, and that is an error.
         let regularization = LdltRegularization {
             dynamic_regularization_signs: Some(&signs),
-            dynamic_regularization_delta: f64::INFINITY,
+            dynamic_regularization_delta: lost,
             dynamic_regularization_epsilon: 0.0,
         };
         let (par, settings) = (Par::Seq, Default::default());
@@ -302,6 +296,19 @@ impl Cholesky {
             settings,
         );
         done.is_ok().then_some(values)
+    }
+
+    /// Returns whether only rounding can give a pivot another sign than its row has: each column
+    /// has a part of the other one, and entries couple rows of different sign, or are on the
+    /// diagonal and have that of their row.
+    fn is_quasidefinite(&self) -> bool {
+        self.some.iter().all(|&j| {
+            let has_sign = |(i, a): (usize, f64)| {
+                let of_signs = self.divisors[i] * self.divisors[j];
+                if i == j { a * self.divisors[j] >= 0.0 } else { a == 0.0 || of_signs < 0.0 }
+            };
+            self.e[j] != 0.0 && self.matrix.row(j).all(has_sign)
+        })
     }
 
     pub(crate) fn has_factors(&self) -> bool {

@@ -90,9 +90,9 @@ const NEAR: f64 = 1e3;
 /// if solutions are unique for every `q`. Entries across the diagonal may be opposite, as between
 /// unknowns and multipliers: LDLᵀ has pivots of two signs then, and exists for steps inside and
 /// with shares, whatever the order, and though equations depend on each other. Of what has no such
-/// factors they are those of LU with pivots, if these hold few numbers, too. Where a program has no
-/// inside, as one whose constraints hold only just, rounding may turn pivots of the last steps
-/// there: then each has a share of 10⁻¹² more, as equations that depend on each other have.
+/// factors they are those of LU with pivots, if these hold few numbers, too. Where a linear or
+/// separable program has no inside, as one whose constraints hold only just, rounding may turn
+/// pivots of the last steps there, and a large number takes their place.
 ///
 /// # Cost
 ///

@@ -15,9 +15,10 @@ const BALANCED: f64 = 1e-8;
 const TOGETHER: usize = 8;
 const STEPS: usize = 100;
 
-/// A wall that is moved turns if more than this part of its speed changes, and what changes is not
-/// between nothing and so many times what changed over the step before, at equal lengths.
-const BENDS: f64 = 1e-6;
+/// A wall that is moved turns if its speed changes by more than this part of the larger one, and
+/// that is not between nothing and so many times what changed over the step before, at equal
+/// lengths. A wave of 25 steps or more never does.
+const BENDS: f64 = 0.25;
 const ABRUPT: f64 = 4.0;
 
 /// Factors serve as long as a step leaves less than this of the residual.
@@ -173,7 +174,7 @@ impl Motion {
                 (past.duration, way / past.duration, past.gained[k])
             });
             let gained = 2.0 * (speed - last) / (duration + time);
-            turns |= (speed - last).abs() > BENDS * speed.abs()
+            turns |= (speed - last).abs() > BENDS * speed.abs().max(last.abs())
                 && (gained * before < 0.0 || gained.abs() > ABRUPT * before.abs());
             gained
         };
