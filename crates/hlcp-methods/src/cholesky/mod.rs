@@ -44,6 +44,9 @@ const EACH: usize = 15;
 /// residual.
 const SHARE: f64 = 1e-12;
 
+/// A pivot that stands for one to which rounding has given another sign.
+const LOST: f64 = 1e100;
+
 /// The factors of the matrix with the columns of `A` and `BΩ` times weights, summed, where one of
 /// `A` and `B` is diagonal, but for columns of what is free, and the other one symmetric once its
 /// rows are divided by some numbers: as in linear complementarity problems with a symmetric matrix
@@ -95,9 +98,6 @@ pub(crate) struct Cholesky {
     /// What diagonals without an entry have been given.
     shares: Vec<f64>,
 }
-
-/// A pivot that stands for one to which rounding has given another sign.
-const LOST: f64 = 1e100;
 
 impl Cholesky {
     /// Room for the factors of any J(x) of a problem, and what they cost; nothing where they are

@@ -165,6 +165,9 @@ fn what_is_not_symmetric_or_not_definite_has_no_factors() {
     cholesky.factorise(&saddle, &[[2.0, 0.0], [2.0, 0.0], [0.0, 2.0]]);
     cholesky.solve(&[1.0; 3], &mut y);
     assert!(y.iter().all(|y| y.is_nan()));
+    // Nor has what each column has a share of the other one in: no rounding turns its pivot.
+    cholesky.factorise(&saddle, &[[1.9, 0.1]; 3]);
+    assert!(!cholesky.has_factors());
     // Without one of the two that make it indefinite, A₂₂ z₂ = 1, r₁ = 3 z₂ − 1, in halves.
     cholesky.factorise(&saddle, &[[0.0, 2.0], [2.0, 0.0], [0.0, 2.0]]);
     cholesky.solve(&[1.0; 3], &mut y);

@@ -318,11 +318,6 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         Some(count > 0)
     }
 
-    /// The residual of `x` that rounding may leave.
-    fn rounding(&mut self, q: &Rhs<'_, T>, x: &[T]) -> f64 {
-        ROUNDING * self.problem.estimated_rounding(q, x, &mut self.scratch).l2
-    }
-
     /// Overwrites `y` with what the columns that the signs of `x` select make of it, but where none
     /// are left to try.
     fn pivot(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) {
@@ -500,7 +495,9 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
         let is_stuck = rests
             && (led > FRACTION * q.norms().l2
                 || self.way <= Way::Other && self.factors.are_singular()
-                || self.way == Way::Start && led > self.rounding(q, y));
+                || self.way == Way::Start
+                    && led
+                        > ROUNDING * self.problem.estimated_rounding(q, y, &mut self.scratch).l2);
         let has_digits = led.is_finite() && led <= most * q.norms().l2 && !is_stuck;
         if !has_digits {
             y.copy_from_slice(x);

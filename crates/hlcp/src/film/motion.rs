@@ -48,8 +48,8 @@ pub enum Drive {
 ///
 /// They are of second order, by the two-step backward formula for steps of any length (BDF2). The
 /// first one is of first order, as is one over which the content would fall below zero, and one in
-/// which a wall that is moved turns: there the parabola through three positions has another slope
-/// than the way, half as much again after a rest.
+/// which a wall that is moved turns, by a quarter of its speed or more at once: there the parabola
+/// through three positions has another slope than the way, half as much again after a rest.
 ///
 /// # Stability
 ///
@@ -90,8 +90,8 @@ struct Past {
     heights: Vec<f64>,
     position: Vec<f64>,
     velocity: Vec<f64>,
-    /// What it gained in mean speed, over time; NaN where it turned.
-    gained: Vec<f64>,
+    /// What it gained in mean speed, over time, unless it turned or moved freely.
+    gained: Option<Vec<f64>>,
     solved: Option<Solved>,
     figures: FilmFigures,
 }
@@ -159,27 +159,27 @@ impl Motion {
         self.free.iter().map(|&k| self.heights[k]).sum::<f64>() * self.bearing.film.cell()
     }
 
-    /// What a step gains in mean speed, over the time from the middle of the last one to its own;
-    /// NaN where the wall turns, or moves freely.
-    fn gains(&self, duration: f64, drive: &Drive) -> Vec<f64> {
+    /// What a step to a position gains in mean speed, over the time from the middle of the last one
+    /// to its own; nothing where the wall turns.
+    fn gains(&self, duration: f64, to: &[f64]) -> Option<Vec<f64>> {
         let here = &self.bearing.position;
-        let unknown = vec![f64::NAN; here.len()];
-        let Drive::To(to) = drive else { return unknown };
         let mut turns = false;
         let gain = |k: usize| {
             let speed = (to[k] - here[k]) / duration;
             // At first it is at rest.
-            let (time, last, before) = self.past.as_ref().map_or((0.0, 0.0, 0.0), |past| {
+            let (time, last, before) = self.past.as_ref().map_or((0.0, 0.0, Some(0.0)), |past| {
                 let way = here[k] - past.position[k];
-                (past.duration, way / past.duration, past.gained[k])
+                (past.duration, way / past.duration, past.gained.as_ref().map(|by| by[k]))
             });
             let gained = 2.0 * (speed - last) / (duration + time);
             turns |= (speed - last).abs() > BENDS * speed.abs().max(last.abs())
-                && (gained * before < 0.0 || gained.abs() > ABRUPT * before.abs());
+                && before.is_some_and(|before| {
+                    gained * before < 0.0 || gained.abs() > ABRUPT * before.abs()
+                });
             gained
         };
         let gains = (0..to.len()).map(gain).collect();
-        if turns { unknown } else { gains }
+        (!turns).then_some(gains)
     }
 
     /// Takes a step in time, in s, and returns the figures at its end, but for flows, what is
@@ -199,8 +199,11 @@ impl Motion {
     ) -> Result<FilmFigures, FilmError> {
         let (position, velocity) = (&self.bearing.position, &self.velocity);
         // Where the step begins as one of first order, and how long it takes as such.
-        let gained = self.gains(duration, drive);
-        let turns = matches!(drive, Drive::To(_)) && gained.iter().any(|by| by.is_nan());
+        let gained = match drive {
+            Drive::To(to) => self.gains(duration, to),
+            Drive::Under { .. } => None,
+        };
+        let turns = matches!(drive, Drive::To(_)) && gained.is_none();
         let second = self.past.as_ref().and_then(|past| {
             let ratio = duration / past.duration;
             let oil = lead(&self.heights, &past.heights, ratio);

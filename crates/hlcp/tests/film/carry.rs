@@ -139,6 +139,9 @@ proptest! {
         bearing.film.viscosity = vec![0.01];
         let cut = |at, pressure| of.groove(at, [0.0, length], pressure);
         bearing.film.supplies = vec![cut(groove, pressure)];
+        // Two pressures on one face, of 90, are refused.
+        let face = |degrees: f64| (degrees / 4.0).round() as usize % 90;
+        let other = other.filter(|&at| face(at) != face(groove));
         bearing.film.supplies.extend(other.map(|at| cut(at, 0.0)));
         let least = 1e-4 * (1.0 - lobes.map_or(0.0, |lobes| lobes.preload));
         let (sin, cos) = if turns_with_gap { (0.0, 1.0) } else { angle.sin_cos() };
