@@ -376,7 +376,9 @@ proptest! {
     #[test]
     fn a_journals_sensitivities_are_differences_of_its_figures(
         (speed, other, viscosity, clearance) in (5.0..20.0, -2.0..2.0, 0.01..0.04, 8e-5..1.5e-4),
-        (ecc, turn, around) in (0.1..0.85, 0.0..std::f64::consts::TAU, 0.0..1.0),
+        (ecc, turn) in (0.1..0.85, 0.0..std::f64::consts::TAU),
+        // Not on the face of the other groove, of 36, which has another pressure.
+        around in prop_oneof![0.0..0.79, 0.82..1.0],
         pressures in [5e4..1e5, 0.0..4e4, 6e4..3e5, 6e4..3e5, 6e4..3e5],
         depth in 1e-5..1e-4,
     ) {
