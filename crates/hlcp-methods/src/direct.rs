@@ -370,13 +370,6 @@ pub(crate) fn cost(
     Cost { worth, before, seconds: sweep * worth as f64, bytes }
 }
 
-/// The sweeps that an elimination is worth at least, as far as that is known without an analysis:
-/// its price or, where half of all entries of `A` or `B` are there, n³/3 multiplications.
-pub(crate) fn least_worth(n: usize, entries: usize) -> usize {
-    let is_full = 2 * entries >= n * n;
-    if is_full { ANALYSIS.min((n as f64 / (3.0 * PER_ENTRY)) as usize) } else { ANALYSIS }
-}
-
 /// The error of factors with too many numbers.
 fn too_large(needed: f64) -> Error {
     Error::TooLarge { what: "sparse LU factors", needed, most: NUMBERS, unit: "numbers" }

@@ -377,6 +377,38 @@ fn unit<T: Scalar>(size: T) -> T {
     if unit.is_normal() { unit } else { T::one() }
 }
 
+/// Brings the rows and columns of a full matrix of order `n` to about one size, and overwrites
+/// `of_rows` and `of_columns` with what they are multiplied by; returns the size of a pivot that is
+/// lost in the rounding of the matrix. `sums` is scratch.
+pub(crate) fn bring_to_one_size<T: Scalar>(
+    matrix: &mut [T],
+    n: usize,
+    [of_rows, of_columns, sums]: &mut [Vec<T>; 3],
+) -> T {
+    for vector in [&mut *of_rows, of_columns, sums] {
+        vector.clear();
+        vector.resize(n, T::one());
+    }
+    let n = n.max(1);
+    for _ in 0..ROUNDS {
+        sums.fill(T::zero());
+        for (line, of_row) in matrix.chunks_exact(n).zip(&mut *of_rows) {
+            let sizes = line.iter().zip(&*of_columns).map(|(a, &by)| a.abs() * by);
+            *of_row = unit(sizes.fold(T::zero(), |sum, size| sum + size));
+            sums.iter_mut().zip(line).for_each(|(sum, a)| *sum += a.abs() * *of_row);
+        }
+        of_columns.iter_mut().zip(&*sums).for_each(|(by, &sum)| *by = unit(sum));
+    }
+    let mut size = T::zero();
+    for (line, &of_row) in matrix.chunks_exact_mut(n).zip(&*of_rows) {
+        for (a, &by) in line.iter_mut().zip(&*of_columns) {
+            *a *= of_row * by;
+            size = size.max(a.abs());
+        }
+    }
+    size * T::epsilon()
+}
+
 /// A dense LU factorisation with partial pivoting, of a matrix whose rows and columns are brought
 /// to about one size.
 #[derive(Debug, Clone)]
@@ -384,53 +416,41 @@ pub(crate) struct Lu<T> {
     n: usize,
     factors: Vec<T>,
     rows: Vec<usize>,
-    /// What rows and columns are multiplied by.
-    units: [Vec<T>; 2],
+    /// What rows and columns are multiplied by, and scratch.
+    units: [Vec<T>; 3],
 }
 
 impl<T: Scalar> Lu<T> {
-    /// Room for a matrix of order `n`.
-    pub(crate) fn zeros(n: usize) -> Self {
-        let units = [(); 2].map(|()| vec![T::one(); n]);
-        Self { n, factors: vec![T::zero(); n * n], rows: (0..n).collect(), units }
+    /// No factors.
+    pub(crate) fn new() -> Self {
+        Self { n: 0, factors: vec![], rows: vec![], units: [(); 3].map(|()| vec![]) }
     }
 
     /// The factors of a matrix.
     pub(super) fn of(matrix: &Matrix<T>) -> Self {
-        let mut lu = Self::zeros(matrix.order());
-        lu.factorise(|i, each| matrix.visit_row(i, each));
+        let mut lu = Self::new();
+        lu.factorise(matrix.order(), |i, each| matrix.visit_row(i, each));
         lu
     }
 
-    /// Factorises the matrix whose entries `row(i, each)` calls `each` with, for each `i`; what
-    /// comes for one place is summed.
-    pub(crate) fn factorise(&mut self, mut row: impl FnMut(usize, &mut dyn FnMut(usize, T))) {
-        let Self { n, factors, rows, units: [of_rows, of_columns] } = self;
-        let n = *n;
-        factors.fill(T::zero());
+    /// Factorises the matrix of order `n` whose entries `row(i, each)` calls `each` with, for each
+    /// `i`; what comes for one place is summed.
+    pub(crate) fn factorise(
+        &mut self,
+        n: usize,
+        mut row: impl FnMut(usize, &mut dyn FnMut(usize, T)),
+    ) {
+        self.n = n;
+        let Self { factors, rows, units, .. } = self;
+        factors.clear();
+        factors.resize(n * n, T::zero());
+        rows.clear();
+        rows.extend(0..n);
         // Of order 0 where all unknowns are apart.
         for (i, line) in factors.chunks_exact_mut(n.max(1)).enumerate() {
-            rows[i] = i;
             row(i, &mut |j, a| line[j] += a);
         }
-        of_columns.fill(T::one());
-        for _ in 0..ROUNDS {
-            let lines = || factors.chunks_exact(n.max(1));
-            for (of_row, line) in of_rows.iter_mut().zip(lines()) {
-                let sizes = line.iter().zip(&*of_columns).map(|(a, &by)| a.abs() * by);
-                *of_row = unit(sizes.fold(T::zero(), |sum, size| sum + size));
-            }
-            for (j, of_column) in of_columns.iter_mut().enumerate() {
-                let sizes = lines().zip(&*of_rows).map(|(line, &by)| line[j].abs() * by);
-                *of_column = unit(sizes.fold(T::zero(), |sum, size| sum + size));
-            }
-        }
-        for (line, &of_row) in factors.chunks_exact_mut(n.max(1)).zip(&*of_rows) {
-            line.iter_mut().zip(&*of_columns).for_each(|(a, &by)| *a *= of_row * by);
-        }
-        // A pivot that is lost in the rounding of the matrix is none.
-        let size = factors.iter().fold(T::zero(), |max, a| max.max(a.abs()));
-        let least = size * T::epsilon();
+        let least = bring_to_one_size(factors, n, units);
         for k in 0..n {
             let at = |i: &usize| factors[i * n + k].abs();
             let best = (k..n).fold(k, |best, i| if at(&i) > at(&best) { i } else { best });
@@ -465,7 +485,7 @@ impl<T: Scalar> Lu<T> {
 
     /// Overwrites `y` with the solution for `rhs`.
     pub(crate) fn solve(&self, rhs: &[T], y: &mut [T]) {
-        let Self { n, units: [of_rows, of_columns], .. } = self;
+        let Self { n, units: [of_rows, of_columns, _], .. } = self;
         let n = *n;
         for i in 0..n {
             let row = &self.factors[i * n..i * n + i];

@@ -11,6 +11,8 @@ mod units;
 use hlcp_core::{Error, Hlcp, Norms, Rows, Scalar, assert_lengths, check_row};
 
 pub(crate) use self::matrix::Lu;
+#[cfg(feature = "direct")]
+pub(crate) use self::matrix::bring_to_one_size;
 pub use self::newton::AmgNewton;
 use self::{
     cycle::{Cycle, Hierarchy, SPREAD, near_kernel},

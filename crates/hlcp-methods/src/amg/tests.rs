@@ -274,9 +274,9 @@ fn elimination_solves_what_it_can() {
     // With rows and columns in units of up to 2^±20 the same comes out in these.
     let units = |shift: usize| move |i: usize| f64::powi(2.0, (17 * i + shift) as i32 % 41 - 20);
     let (of_row, of_column) = (units(3), units(50));
-    let mut lu = Lu::zeros(40);
+    let mut lu = Lu::new();
     let scaled = |i: usize, j: usize, a: f64| of_row(i) * a * of_column(j);
-    lu.factorise(|i, each| matrix.visit_row(i, &mut |j, a| each(j, scaled(i, j, a))));
+    lu.factorise(40, |i, each| matrix.visit_row(i, &mut |j, a| each(j, scaled(i, j, a))));
     let of_rows: Vec<f64> = rhs.iter().enumerate().map(|(i, rhs)| of_row(i) * rhs).collect();
     let mut of_units = [f64::NAN; 40];
     lu.solve(&of_rows, &mut of_units);

@@ -54,7 +54,7 @@ impl Shape {
             is_alone,
             is_line,
             has_grid,
-            worth: if is_alone { least_worth(problem, entries) } else { usize::MAX },
+            worth: if is_alone { least_worth(problem) } else { usize::MAX },
             is_constant: !problem.any(!is_constant),
             cycles_first: !is_line && points >= MANY && couples.contains(&0.0),
             is_mixed: (is_line || !has_grid) && is_mixed(problem),

@@ -118,8 +118,9 @@ fn a_film_on_a_line_is_solved_from_all_columns() {
 #[test]
 #[cfg(feature = "direct")]
 fn a_restart_forgets_what_an_elimination_costs() {
-    let a = almost_skew();
-    let one = Identity { order: 501 };
+    // Factors of planes fill, as their analysis tells.
+    let a = FivePoint::new(30, 20, [-1.0, -2.0, 5.0, 1.0, -1.0]).unwrap();
+    let one = Identity { order: 600 };
     let mut auto = auto(&a, &one);
     let prospects = |auto: &Auto<_, _, _>| -> Vec<_> {
         auto.candidates.iter().map(|each| (each.promise, each.window)).collect()

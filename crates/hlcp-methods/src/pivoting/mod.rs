@@ -15,6 +15,7 @@ use factors::{Factors, worth};
 use inside::Interior;
 
 mod factors;
+mod full;
 mod inside;
 
 /// Steps that may change many signs while they do not leave three quarters of the fewest wrong
@@ -83,16 +84,18 @@ const NEAR: f64 = 1e3;
 /// `x = 0` whether some solution is less than half as large, and changes of signs lead there.
 ///
 /// The factors are those of a full matrix or, with the feature `direct`, of a sparse one: whichever
-/// the pattern of `A` and `B` makes cheaper. Full ones are taken in units of rows and columns, too,
-/// in which pivots show whether rounding has left them. Sparse ones are Cholesky's where one of `A`
-/// and `B` is diagonal, but for columns of free unknowns, and the other one symmetric, whatever
-/// rows, `z` and `r` are multiplied by: all matrices to be factorised are positive definite then,
-/// if solutions are unique for every `q`. Entries across the diagonal may be opposite, as between
-/// unknowns and multipliers: LDLᵀ has pivots of two signs then, and exists for steps inside and
-/// with shares, whatever the order, and though equations depend on each other. Of what has no such
-/// factors they are those of LU with pivots, if these hold few numbers, too. Where a linear or
-/// separable program has no inside, as one whose constraints hold only just, rounding may turn
-/// pivots of the last steps there, and a large number takes their place.
+/// the pattern of `A` and `B` makes cheaper. Full ones begin with the columns that have one entry,
+/// and are taken in units of rows and columns, too, in which pivots show whether rounding has left
+/// them; beyond an order of 500 they serve where half of the entries of `A` or `B` are there.
+/// Cholesky's serve beyond an order of 64 where one of `A` and `B` is diagonal, but for columns of
+/// free unknowns, and the other one symmetric, whatever rows, `z` and `r` are multiplied by: all
+/// matrices to be factorised are positive definite then, if solutions are unique for every `q`.
+/// Entries across the diagonal may be opposite, as between unknowns and multipliers: LDLᵀ has
+/// pivots of two signs then, and exists for steps inside and with shares, whatever the order, and
+/// though equations depend on each other. Of what has no such factors they are those of LU with
+/// pivots, if these hold few numbers, too. Where a linear or separable program has no inside, as
+/// one whose constraints hold only just, rounding may turn pivots of the last steps there, and a
+/// large number takes their place.
 ///
 /// # Cost
 ///
@@ -411,18 +414,12 @@ fn free<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Vec<T> {
 }
 
 /// What an elimination is worth at least, in sweeps, as far as that is known without an analysis;
-/// `usize::MAX` where it cannot be had. The operators have this many `entries`.
-#[cfg_attr(not(feature = "direct"), expect(unused_variables, reason = "of sparse factors alone"))]
-pub(crate) fn least_worth<T: Scalar, A: Rows<T>, B: Rows<T>>(
-    problem: &Hlcp<T, A, B>,
-    entries: [usize; 2],
-) -> usize {
+/// `usize::MAX` where it cannot be had.
+pub(crate) fn least_worth<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> usize {
     let least = worth(problem);
     // What is not small is analysed before it is cheap.
     #[cfg(feature = "direct")]
-    let least = least.min(
-        crate::direct::least_worth(problem.order(), entries[0].max(entries[1])).max(CHEAP + 1),
-    );
+    let least = least.min(crate::direct::ANALYSIS);
     least
 }
 
