@@ -148,7 +148,9 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
 /// by leaves no other trace in the end (`docs/theory.md`, "Units"). Rows and columns take turns,
 /// overrelaxed (A. Thibault, L. Chizat, C. Dossal and N. Papadakis, *Overrelaxed Sinkhorn–Knopp
 /// algorithm for regularized optimal transport*, Algorithms 14, 2021).
-fn units<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> (Vec<f64>, [Vec<T>; 2]) {
+pub(super) fn units<T: Scalar, A: Rows<T>, B: Rows<T>>(
+    problem: &Hlcp<T, A, B>,
+) -> (Vec<f64>, [Vec<T>; 2]) {
     let n = problem.order();
     let mut rows = vec![vec![]; n];
     for (i, row) in rows.iter_mut().enumerate() {

@@ -1,5 +1,3 @@
-use std::hash::{DefaultHasher, Hash, Hasher};
-
 use hlcp_core::{Error, Hlcp, Norms, Rhs, Rows, Scalar, check_row};
 
 #[cfg(feature = "direct")]
@@ -11,14 +9,17 @@ use crate::{
     monitor::ROUNDING,
     safeguard::ROUGH,
 };
-use factors::{Factors, worth};
+use covered::Covered;
+use factors::{Factors, SMALL, worth};
+use full::Full;
 use inside::Interior;
 
+mod covered;
 mod factors;
 mod full;
 mod inside;
 
-/// Steps that may change many signs while they do not leave three quarters of the fewest wrong
+/// Steps that may change signs while they do not leave three quarters of the fewest wrong
 /// ones: before steps inside, and after them or where few are wrong, of so many. A front that has
 /// a point or two to go is followed, but from the start's signs it may have far to go.
 const PATIENCE: [usize; 2] = [4, 64];
@@ -44,7 +45,7 @@ const NEAR: f64 = 1e3;
 /// One iteration solves `J x = −γq` for the columns that some signs select, by exact factors, and
 /// changes all signs that come out wrong, as Newton's method does, while every four such steps
 /// leave fewer than three quarters of them; where a hundredth is left, every 64, but from the signs
-/// of the start, and unless the same signs come again.
+/// of the start.
 ///
 /// Where they do not, it goes through the interior (Mehrotra): with `z, r > 0` it solves
 ///
@@ -58,8 +59,7 @@ const NEAR: f64 = 1e3;
 /// and r have one size in these units, ten times as large after each of the first steps that is
 /// short: the steps depend little on what rows, z and r are multiplied by, and not on which of the
 /// two is called z. A front that moves by a point with each change of signs is found in some twenty
-/// steps. Then signs are changed again; if that leads nowhere, the last wrong one alone, until
-/// there are fewer, or the same ones again, which is rounding's doing and the end.
+/// steps. Then signs are changed again.
 ///
 /// An unknown whose columns in `A` and `B` are the same but for a positive factor is free: either
 /// column serves, and its sign is never wrong. Equations and unknowns of any sign are such.
@@ -77,11 +77,21 @@ const NEAR: f64 = 1e3;
 ///
 /// Where the interior leaves signs, solutions may not be unique, as of matrices GGᵀ with few
 /// columns: each column takes 10⁻⁸ of the other one, and a step solves for the change of `x`, which
-/// comes to a solution nearby as the proximal point method does. Once a step does not halve the
-/// residual, the columns alone serve, and if these are singular, the shares again. If rounding is
-/// all that is left then, solutions may have no bound, as potentials of nodes between which nothing
-/// can flow have none, and the interior leads far out. The columns with shares of 10⁻⁴ find from
-/// `x = 0` whether some solution is less than half as large, and changes of signs lead there.
+/// comes to a solution nearby as the proximal point method does. If rounding is all that is left
+/// then, solutions may have no bound, as potentials of nodes between which nothing can flow have
+/// none, and the interior leads far out. The columns with shares of 10⁻⁴ find from `x = 0` whether
+/// some solution is less than half as large, and changes of signs lead there.
+///
+/// Where all this rests, Lemke's method is the last way: along a path on which
+///
+/// ```text
+/// A z − B r + q + t g = 0 ,   z, r, t ≥ 0 ,   zᵀr = 0 ,
+/// ```
+///
+/// with a column g that covers what is negative and a large t, one sign changes with each step, and
+/// where t is 0 there is a solution. Up to an order of 500 the path begins with all columns of BΩ,
+/// but for those that depend on others, so that z is 0 for linear complementarity problems; beyond,
+/// with those of the signs that are there.
 ///
 /// The factors are those of a full matrix or, with the feature `direct`, of a sparse one: whichever
 /// the pattern of `A` and `B` makes cheaper. Full ones begin with the columns that have one entry,
@@ -112,23 +122,27 @@ const NEAR: f64 = 1e3;
 ///
 /// Finitely many steps, up to rounding, where `(A, B)` has the column W-property, which is that
 /// solutions are unique for every `q`: `B⁻¹A` is a P-matrix then, its LCP has the same bases, and
-/// changing the last sign alone leaves fewer wrong signs in the end, as it must at most n times.
-/// The same property is that `A D + B E` is regular for all positive diagonals D and E (Sznajder
-/// and Gowda), as the steps through the interior need. No splitting need converge and no sign need
-/// be that of an M-matrix.
+/// pivots of P-matrices leave P-matrices, on which Lemke's path ends at a solution wherever it
+/// begins; it takes 20 steps for each unknown at most, and 10,000. The same property is that `A D +
+/// B E` is regular for all positive diagonals D and E (Sznajder and Gowda), as the steps through
+/// the interior need. From all columns of BΩ the path ends at a solution if `B⁻¹A` is strictly
+/// semimonotone, as a nonnegative matrix with a positive diagonal is, too, and wherever there is
+/// one if it is copositive-plus (Cottle, Pang and Stone, Section 4.4). No splitting need converge
+/// and no sign need be that of an M-matrix.
 ///
 /// # Source
 ///
 /// J. J. Júdice and F. M. Pires, *A block principal pivoting algorithm for large-scale strictly
-/// monotone linear complementarity problems*, Computers and Operations Research 21 (1994); K. G.
-/// Murty, *Note on a Bard-type scheme for solving the complementarity problem*, Opsearch 11 (1974);
-/// S. Mehrotra, *On the implementation of a primal-dual interior point method*, SIAM J. Optim. 2
+/// monotone linear complementarity problems*, Computers and Operations Research 21 (1994); S.
+/// Mehrotra, *On the implementation of a primal-dual interior point method*, SIAM J. Optim. 2
 /// (1992), here for two matrices; R. Sinkhorn and P. Knopp, *Concerning nonnegative matrices and
 /// doubly stochastic matrices*, Pacific J. Math. 21 (1967); R. Sznajder and M. S. Gowda,
 /// *Generalizations of P₀- and P-properties*, Linear Algebra Appl. 223/224 (1995); R. J. Vanderbei,
-/// *Symmetric quasidefinite matrices*, SIAM J. Optim. 5 (1995); R. T.
-/// Rockafellar, *Monotone operators and the proximal point algorithm*, SIAM J. Control Optim. 14
-/// (1976).
+/// *Symmetric quasidefinite matrices*, SIAM J. Optim. 5 (1995); R. T. Rockafellar, *Monotone
+/// operators and the proximal point algorithm*, SIAM J. Control Optim. 14 (1976); C. E. Lemke,
+/// *Bimatrix equilibrium points and mathematical programming*, Management Science 11 (1965), here
+/// for two matrices and any start; R. W. Cottle, J.-S. Pang and R. E. Stone, *The linear
+/// complementarity problem* (1992).
 ///
 /// ```
 /// use hlcp_core::{Hlcp, Identity, Omega, RowMajor};
@@ -154,9 +168,6 @@ pub struct Pivoting<T, A, B> {
     /// The fewest signs that came out wrong, and the steps left to come to fewer.
     fewest: usize,
     patience: usize,
-    /// The steps since, and the hash of the signs of one of them.
-    since: usize,
-    seen: u64,
     way: Way,
     /// d for the columns of the operator that couples more.
     whole: T,
@@ -164,6 +175,7 @@ pub struct Pivoting<T, A, B> {
     /// that, so that it is free; 0 of others.
     free: Vec<T>,
     interior: Option<Interior<T>>,
+    covered: Option<Covered<T>>,
     f: Vec<T>,
     scratch: Vec<T>,
     steps: usize,
@@ -183,14 +195,14 @@ enum Way {
     Inside,
     /// From the signs there, each column with a share of the other one.
     Shared,
-    /// From those, without shares.
-    Alone,
-    /// With shares again, as columns alone are singular.
-    Singular,
-    /// From `x = 0` with shares, as rounding is all that is left, which may be far out.
+    /// From `x = 0` with larger shares, as what is left may be far out.
     Nearest,
-    /// None is left.
+    /// None of these is left.
     Over,
+    /// Lemke's path, along which `t` covers what is negative.
+    Covered,
+    /// None is left.
+    End,
 }
 
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
@@ -246,12 +258,11 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             factors,
             fewest: usize::MAX,
             patience: 0,
-            since: 0,
-            seen: 0,
             way: Way::Start,
             whole: if a_couples_more(&problem) { T::one() } else { -T::one() },
             free,
             interior: None,
+            covered: None,
             f: zeros(),
             scratch: vec![T::zero(); 2 * n],
             steps: 0,
@@ -269,10 +280,10 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         self.fewest == 0
     }
 
-    /// Chooses the columns of the next step from `x`; whether they are others than before, or
-    /// `None` where single changes come back to them, which is rounding's doing, or no way is left.
+    /// Chooses the columns of the next step from `x`; returns whether they are others than before,
+    /// or `None` where patience or ways are at their end.
     fn choose(&mut self, x: &[T]) -> Option<bool> {
-        if self.way == Way::Over {
+        if self.way >= Way::Over {
             return None;
         }
         if self.fewest == usize::MAX || x != self.x {
@@ -284,7 +295,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             for ((d, &x), &free) in self.d.iter_mut().zip(x).zip(&self.free) {
                 *d = if free > T::zero() { T::one() } else { whole.unwrap_or(sign(x)) };
             }
-            (self.fewest, self.patience, self.since) = (x.len() + 1, PATIENCE[0], 0);
+            (self.fewest, self.patience) = (x.len() + 1, PATIENCE[0]);
             return Some(true);
         }
         let signs = x.iter().zip(&self.d).zip(&self.free);
@@ -295,29 +306,16 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
                 Way::Whole => count <= x.len() / FEW,
                 _ => true,
             };
-            (self.fewest, self.patience, self.since) = (count, PATIENCE[usize::from(is_long)], 0);
+            (self.fewest, self.patience) = (count, PATIENCE[usize::from(is_long)]);
         } else {
-            let mut signs = DefaultHasher::new();
-            self.d.iter().for_each(|&d| (d > T::zero()).hash(&mut signs));
-            let signs = signs.finish();
-            // Signs that come again do so for ever (Brent's way to find that with little memory).
-            let is_circle = self.since > 0 && signs == self.seen;
-            let patience = if is_circle { 0 } else { self.patience.saturating_sub(1) };
-            // Where columns are singular, nothing bounds single changes.
-            if patience == 0 && (self.way >= Way::Singular || is_circle && self.patience == 0) {
+            if self.patience == 0 {
                 return None;
             }
-            // Single changes may come once to what changes of several came to.
-            let goes_on = (patience > 0) == (self.patience > 0);
-            (self.patience, self.since) = (patience, if goes_on { self.since + 1 } else { 1 });
-            if self.since.is_power_of_two() {
-                self.seen = signs;
-            }
+            self.patience -= 1;
         }
-        let several = if self.patience > 0 { count } else { 1 };
-        let signs = self.d.iter_mut().zip(x).zip(&self.free).rev();
+        let signs = self.d.iter_mut().zip(x).zip(&self.free);
         let wrong = signs.filter(|((d, x), free)| is_wrong(**x, **d, **free));
-        wrong.take(several).for_each(|((d, _), _)| *d = -*d);
+        wrong.for_each(|((d, _), _)| *d = -*d);
         Some(count > 0)
     }
 
@@ -329,18 +327,17 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             self.steps += 1;
             let (two, root) = (T::of(2.0), T::epsilon().sqrt());
             let share = match self.way {
-                Way::Shared | Way::Singular => root,
+                Way::Shared => root,
                 Way::Nearest => root.sqrt(),
                 _ => T::zero(),
             };
-            let shares = share > T::zero();
             let of =
                 |&d: &T| if d > T::zero() { [two - share, share] } else { [share, two - share] };
             self.weights.clear();
             self.weights.extend(self.d.iter().map(of));
             self.factors.factorise(&self.problem, &self.weights);
             let is_afresh = self.way == Way::Nearest && self.fewest > x.len();
-            if shares || self.way == Way::Alone {
+            if share > T::zero() {
                 // What solves the equations may not be unique: the least change is.
                 for ((y, &d), &free) in y.iter_mut().zip(&self.d).zip(&self.free) {
                     *y = if is_afresh || is_wrong(*y, d, free) { T::zero() } else { *y };
@@ -447,7 +444,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
 
     fn restart(&mut self) {
         (self.fewest, self.steps) = (usize::MAX, 0);
-        (self.interior, self.way) = (None, Way::Start);
+        (self.interior, self.covered, self.way) = (None, None, Way::Start);
     }
 
     fn has_memory(&self) -> bool {
@@ -456,8 +453,14 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
 
     /// Goes the next way, if one has begun: the iterate stays where columns lead nowhere.
     fn turn(&mut self, end: Status) -> bool {
-        let has_begun = self.fewest == usize::MAX && self.way != Way::Over;
-        end == Status::Stagnated && (has_begun || self.interior.is_some())
+        let has_begun = self.fewest == usize::MAX && self.way < Way::Over;
+        if end != Status::Stagnated || self.way == Way::End {
+            return false;
+        }
+        if !has_begun && self.interior.is_none() {
+            self.way = Way::Covered;
+        }
+        true
     }
 
     fn work(&self) -> Option<Work> {
@@ -473,6 +476,17 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
         let norms = self.residual(q, x).expect("it is measured");
         y.copy_from_slice(x);
         if clock.is_up() || !clock.has_time_for(self.cost) {
+            return norms;
+        }
+        if self.way == Way::Covered {
+            self.covered = match self.covered.take() {
+                Some(covered) => self.step_covered(q, covered, y),
+                None => self.cover(q, y),
+            };
+            self.steps += 1;
+            if self.covered.is_none() {
+                self.way = Way::End;
+            }
             return norms;
         }
         if let Some(inside) = self.interior.take() {
@@ -510,15 +524,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
                 self.enter(q, if tells { y } else { &[] });
             }
             Way::Inside if self.interior.is_none() => self.way = Way::Shared,
-            Way::Shared if led > 0.5 * norms.l2 => {
-                y.copy_from_slice(x);
-                (self.way, self.fewest) = (Way::Alone, usize::MAX);
-            }
-            Way::Alone if !has_digits => (self.way, self.fewest) = (Way::Singular, usize::MAX),
-            Way::Alone | Way::Singular if rests => {
-                (self.way, self.fewest) = (Way::Nearest, usize::MAX);
-            }
-            Way::Singular | Way::Nearest if !has_digits => self.way = Way::Over,
+            Way::Shared if rests => (self.way, self.fewest) = (Way::Nearest, usize::MAX),
+            Way::Shared | Way::Nearest if !has_digits => self.way = Way::Over,
             Way::Nearest if self.fewest > x.len() && Norms::of(y).l2 > 0.5 * Norms::of(x).l2 => {
                 // Nothing is nearer.
                 y.copy_from_slice(x);

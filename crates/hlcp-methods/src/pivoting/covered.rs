@@ -1,0 +1,387 @@
+//! Lemke's method, the last way, along a path of vertices on which each step exchanges one column.
+//!
+//! Let `M` have one of the columns of `A` and `−BΩ` for each unknown, `v ≥ 0` be these unknowns,
+//! and `g` a column that covers what is negative of them, so that with a large `t`
+//!
+//! ```text
+//! M v + t g + γq = 0 ,   v ≥ 0 ,   t ≥ 0 .
+//! ```
+//!
+//! At a vertex `v_k = 0`, and `g` stands in place of column `k`. The complement of `v_k` grows from
+//! zero until another unknown is zero, whose complement is next, or `t` is: that is a solution.
+//! Where nothing falls the path goes on for ever, and the method is over.
+//!
+//! A step takes one factorisation of the columns at the vertex, and two solves with it. That no two
+//! unknowns are zero at once is supposed.
+
+use hlcp_core::{Hlcp, Rhs, Rows, Scalar};
+
+use super::{Factors, Full, Pivoting, SMALL, inside::units, of_column, sign};
+#[cfg(feature = "direct")]
+use crate::direct::SparseLu;
+
+/// A column of which less than this part is left by others depends on them.
+const DEPENDS: f64 = 1e-11;
+
+/// The steps for each unknown, of which there may be 500: most problems take less than three.
+const STEPS: usize = 20;
+
+/// The golden section, whose multiples are never the same but for whole numbers.
+const GOLDEN: f64 = 0.618_033_988_749_895;
+
+/// A vertex of the path.
+#[derive(Debug, Clone)]
+pub(super) struct Covered<T> {
+    /// 1 for columns of A, −1 for those of −BΩ.
+    d: Vec<T>,
+    /// g, and the unknown that it stands for; `n` for none.
+    cover: Vec<T>,
+    k: usize,
+    /// The steps that are left.
+    left: usize,
+}
+
+impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
+    /// Begins where all unknowns but one are positive: of a small problem with all columns of `BΩ`
+    /// that are independent, and else with those of the signs of `y`. Overwrites `y` with the
+    /// solution where `t` is not needed; there is no vertex then, or if the columns are singular.
+    pub(super) fn cover(&self, q: &Rhs<'_, T>, y: &mut [T]) -> Option<Covered<T>> {
+        let n = y.len();
+        let side = |(&x, &free): (&T, &T)| if free > T::zero() { T::one() } else { sign(x) };
+        let d = if n <= SMALL {
+            independent(&self.problem, &self.free)?
+        } else {
+            y.iter().zip(&self.free).map(side).collect()
+        };
+        let (cover, left) = (vec![T::zero(); n], STEPS * n.min(SMALL));
+        let mut covered = Covered { d, cover, k: n, left };
+        let v = self.solved(&covered, [&self.load(q)])?;
+        // With g = −M u, v grows by u with t. No two are the same, lest two become zero at once.
+        let (_, of_columns) = units(&self.problem);
+        let u = |i: usize| {
+            let unit = of_columns[usize::from(covered.d[i] < T::zero())][i];
+            unit * T::of(1.0 + (GOLDEN * (i + 1) as f64).fract())
+        };
+        let bound = (0..n).filter(|&i| self.free[i] == T::zero());
+        let u: Vec<T> = (0..n).map(u).collect();
+        let part = |i: usize| (v[0][i] / u[i]).wide();
+        let least = bound.min_by(|&i, &j| part(i).total_cmp(&part(j)));
+        let Some(k) = least.filter(|&k| v[0][k] < T::zero()) else {
+            self.recover(&covered.d, &v[0], y);
+            return None;
+        };
+        let mut cover = std::mem::take(&mut covered.cover);
+        for (i, g) in cover.iter_mut().enumerate() {
+            self.visit_columns(&covered.d, i, &mut |j, a| {
+                if self.free[j] == T::zero() {
+                    *g -= a * u[j];
+                }
+            });
+        }
+        Some(Covered { cover, k, ..covered })
+    }
+
+    /// Takes a step to the next vertex, and overwrites `y` with that; nothing is returned at the
+    /// end, where `t` is 0, and where the path has none.
+    pub(super) fn step_covered(
+        &self,
+        q: &Rhs<'_, T>,
+        covered: Covered<T>,
+        y: &mut [T],
+    ) -> Option<Covered<T>> {
+        let k = covered.k;
+        let mut d = covered.d.clone();
+        d[k] = -d[k];
+        let mut column = vec![T::zero(); y.len()];
+        for (i, entry) in column.iter_mut().enumerate() {
+            self.visit_columns(&d, i, &mut |j, a| {
+                if j == k {
+                    *entry += a;
+                }
+            });
+        }
+        let [v, dv] = self.solved(&covered, [&self.load(q), &column])?;
+        let falls = |i: &usize| self.free[*i] == T::zero() && dv[*i] < T::zero();
+        let length = |i: usize| v[i].max(T::zero()) / -dv[i];
+        // Of equal ones t, which is the k-th.
+        let first = if falls(&k) { Some(k) } else { None };
+        let first = (0..v.len()).filter(falls).fold(first, |first, i| match first {
+            Some(first) if length(first) <= length(i) => Some(first),
+            _ => Some(i),
+        })?;
+        let mut next = Covered { d, k: first, left: covered.left - 1, ..covered };
+        let mut after: Vec<T> = v.iter().zip(&dv).map(|(&v, &dv)| v + length(first) * dv).collect();
+        (after[first], after[k]) = (T::zero(), length(first));
+        if first == k {
+            // The columns alone, if they are regular, have what rounding has taken from a large t.
+            next.k = v.len();
+            let [last] = self.solved(&next, [&self.load(q)]).unwrap_or([after]);
+            self.recover(&next.d, &last, y);
+            return None;
+        }
+        self.recover(&next.d, &after, y);
+        (next.left > 0).then_some(next)
+    }
+
+    /// The entries of row `i` of the columns that are chosen.
+    fn visit_columns(&self, d: &[T], i: usize, each: &mut dyn FnMut(usize, T)) {
+        let (a, b, omega) = (self.problem.a(), self.problem.b(), self.problem.omega());
+        let mut some = |is_chosen: bool, j: usize, a: T| {
+            if is_chosen {
+                each(j, a);
+            }
+        };
+        a.visit_row(i, &mut |j, a| some(d[j] > T::zero(), j, a));
+        b.visit_row(i, &mut |j, b| some(d[j] < T::zero(), j, -(b * omega.entry(j))));
+    }
+
+    /// Returns −M⁻¹ times each right-hand side, with `M` the columns at a vertex; nothing if there
+    /// are no factors.
+    fn solved<const K: usize>(
+        &self,
+        covered: &Covered<T>,
+        rhs: [&Vec<T>; K],
+    ) -> Option<[Vec<T>; K]> {
+        let Covered { d, cover, k, .. } = covered;
+        let n = d.len();
+        let row = |i: usize, each: &mut dyn FnMut(usize, T)| {
+            self.visit_columns(d, i, &mut |j, a| {
+                if j != *k {
+                    each(j, a);
+                }
+            });
+            if *k < n {
+                each(*k, cover[i]);
+            }
+        };
+        let mut factors = match &self.factors {
+            #[cfg(feature = "direct")]
+            Factors::Sparse(_) | Factors::Symmetric(..) if n > SMALL => {
+                Factors::Sparse(Box::new(SparseLu::of(n, row).ok()?))
+            }
+            _ => {
+                let mut full = Box::new(Full::new());
+                full.factorise(n, row);
+                Factors::Full(full)
+            }
+        };
+        let solutions = rhs.map(|rhs| {
+            let mut v = vec![T::zero(); n];
+            factors.solve(rhs, &mut v);
+            v.iter_mut().for_each(|v| *v = -*v);
+            v
+        });
+        solutions.iter().flatten().all(|v| v.is_finite()).then_some(solutions)
+    }
+
+    /// γq.
+    fn load(&self, q: &Rhs<'_, T>) -> Vec<T> {
+        q.entries().iter().map(|&q| self.problem.q_factor() * q).collect()
+    }
+
+    /// Overwrites `y` with the `x` of which `v` has the parts.
+    fn recover(&self, d: &[T], v: &[T], y: &mut [T]) {
+        for (i, y) in y.iter_mut().enumerate() {
+            let x = if self.free[i] > T::zero() { v[i] } else { d[i] * v[i].max(T::zero()) };
+            *y = of_column(x / T::of(2.0), self.free[i]);
+        }
+    }
+}
+
+/// Chooses columns that are independent: of `A` for free unknowns, and of `BΩ` for the others but
+/// where these depend on those before. Returns 1 for those of `A` and −1 for those of `BΩ`; nothing
+/// if there is no such choice, in the order of the unknowns. Takes about n³ multiplications.
+fn independent<T: Scalar, A: Rows<T>, B: Rows<T>>(
+    problem: &Hlcp<T, A, B>,
+    free: &[T],
+) -> Option<Vec<T>> {
+    let n = free.len();
+    let mut columns = vec![vec![0.0; n]; 2 * n];
+    let mut add = |at: usize, i: usize, a: T| columns[at][i] += a.wide();
+    for i in 0..n {
+        problem.a().visit_row(i, &mut |j, a| add(j, i, a));
+        problem.b().visit_row(i, &mut |j, b| add(n + j, i, b));
+    }
+    let (first, bound): (Vec<usize>, Vec<_>) = (0..n).partition(|&j| free[j] > T::zero());
+    let order = first.into_iter().chain(bound.iter().map(|j| n + j)).chain(bound.iter().copied());
+    let mut d = vec![T::zero(); n];
+    // Gauss's elimination, by columns: a column that is taken has a row, and parts of it that take
+    // that row from those to come.
+    let mut taken: Vec<(usize, Vec<f64>)> = vec![];
+    let mut is_open = vec![true; n];
+    for at in order {
+        if d[at % n] != T::zero() {
+            continue;
+        }
+        let column = &mut columns[at];
+        let largest = |column: &[f64], of: &dyn Fn(usize) -> bool| {
+            (0..n).filter(|&i| of(i)).fold((0, 0.0), |(row, most): (usize, f64), i| {
+                if column[i].abs() > most { (i, column[i].abs()) } else { (row, most) }
+            })
+        };
+        let (_, size) = largest(column, &|_| true);
+        for (row, parts) in &taken {
+            let by = column[*row];
+            column.iter_mut().zip(parts).for_each(|(a, part)| *a -= by * part);
+        }
+        let (row, left) = largest(column, &|i| is_open[i]);
+        if left > DEPENDS * size {
+            is_open[row] = false;
+            let part = |(&a, &is_open): (&f64, &bool)| if is_open { a / column[row] } else { 0.0 };
+            taken.push((row, column.iter().zip(&is_open).map(part).collect()));
+            d[at % n] = if at < n { T::one() } else { -T::one() };
+        }
+    }
+    d.iter().all(|&d| d != T::zero()).then_some(d)
+}
+
+#[cfg(test)]
+mod tests {
+    use hlcp_core::{Csr, FivePoint, Identity, Omega};
+    use nalgebra::{DMatrix, DVector};
+    use proptest::{collection::vec, prelude::*};
+
+    use super::*;
+    use crate::{method::measure, testing::csr};
+
+    /// Goes the path from `x = 0` to its end; returns what is left of the residual, as a part of
+    /// ‖q‖, and the vertices.
+    fn left(a: impl Rows<f64>, b: impl Rows<f64>, q: &[f64]) -> (f64, usize) {
+        let n = q.len();
+        let pivoting = Pivoting::new(Hlcp::new(a, b, Omega::Uniform(1.0)).unwrap()).unwrap();
+        let q = Rhs::new(q).unwrap();
+        let (mut x, mut vertices) = (vec![0.0; n], 0);
+        let mut covered = pivoting.cover(&q, &mut x);
+        while let Some(at) = covered {
+            vertices += 1;
+            covered = pivoting.step_covered(&q, at, &mut x);
+        }
+        let (mut f, mut scratch) = (vec![0.0; n], vec![0.0; 2 * n]);
+        let norms = measure(&pivoting.problem, &q, &x, &mut f, &mut scratch);
+        (norms.l2 / q.norms().l2, vertices)
+    }
+
+    fn sparse(matrix: &DMatrix<f64>) -> Csr<'static, f64> {
+        csr(matrix.row_iter().map(|row| row.into_iter().copied().enumerate().collect::<Vec<_>>()))
+    }
+
+    /// A matrix of these entries, of which a part is not zero.
+    fn matrix(n: usize, entries: &[(f64, f64)], part: f64) -> DMatrix<f64> {
+        DMatrix::from_iterator(
+            n,
+            n,
+            (0..n * n).map(|k| {
+                let (entry, draw) = entries[k % entries.len()];
+                if draw < part { entry } else { 0.0 }
+            }),
+        )
+    }
+
+    proptest! {
+        /// Strictly semimonotone, with B of any kind that is regular: there are solutions for every
+        /// q, of which no other way need find one.
+        #[test]
+        fn what_is_nonnegative_is_solved(
+            n in 1..24_usize,
+            entries in vec((0.0..1.0_f64, 0.0..1.0_f64), 577),
+            others in vec((-1.0..1.0_f64, 0.0..1.0_f64), 577),
+            diagonal in vec(0.1..1.0_f64, 24),
+            q in vec(-1.0..1.0_f64, 24),
+            part in 0.1..1.0_f64,
+        ) {
+            let on = DMatrix::from_diagonal(&DVector::from_column_slice(&diagonal[..n]));
+            let m = matrix(n, &entries, part) + on;
+            let b = matrix(n, &others, part) + DMatrix::identity(n, n) * n as f64;
+            let q = &b * DVector::from_column_slice(&q[..n]);
+            let (left, vertices) = left(sparse(&(&b * m)), sparse(&b), q.as_slice());
+            prop_assert!(left <= 1e-10, "{left} after {vertices} vertices");
+        }
+
+        /// The least Σ|Xb − y|, of polynomials b with free coefficients and free multipliers, as
+        /// the equations Xb + u − v = y with u, v ≥ 0: columns of B alone depend on each other.
+        #[test]
+        fn fits_of_the_least_sum_are_found(
+            points in 4..16_usize,
+            degree in 1..4_usize,
+            values in vec(-1.0..1.0_f64, 16),
+        ) {
+            let place = |i: usize| 2.0 * i as f64 / (points as f64 - 1.0) - 1.0;
+            let x = DMatrix::from_fn(points, degree, |i, k| place(i).powi(k as i32));
+            let n = degree + 3 * points;
+            let [u, v, multipliers] = [0, 1, 2].map(|k| degree + k * points);
+            let one = DMatrix::identity(points, points);
+            let mut a = DMatrix::zeros(n, n);
+            for (at, columns) in [(0, &x), (u, &one), (v, &-&one)] {
+                a.view_mut((multipliers, at), columns.shape()).copy_from(columns);
+                let rows = -columns.transpose();
+                a.view_mut((at, multipliers), rows.shape()).copy_from(&rows);
+            }
+            let mut b = DMatrix::identity(n, n);
+            for free in (0..degree).chain(multipliers..n) {
+                b.set_column(free, &a.column(free));
+            }
+            let mut q = vec![0.0; n];
+            q[u..multipliers].fill(1.0);
+            (0..points).for_each(|i| q[multipliers + i] = -values[i]);
+            let (left, vertices) = left(sparse(&a), sparse(&b), &q);
+            prop_assert!(left <= 1e-10, "{left} after {vertices} vertices");
+        }
+
+        /// Some columns of B are sums of others.
+        #[test]
+        fn columns_that_are_chosen_are_independent(
+            n in 2..20_usize,
+            entries in vec((-1.0..1.0_f64, 0.0..1.0_f64), 401),
+            which in vec(any::<bool>(), 20),
+        ) {
+            let mut b = matrix(n, &entries, 0.5) + DMatrix::identity(n, n) * n as f64;
+            for j in (1..n).filter(|&j| which[j]) {
+                let sum = b.column(0) + b.column(j - 1);
+                b.set_column(j, &sum);
+            }
+            let a = DMatrix::identity(n, n);
+            let problem = Hlcp::new(sparse(&a), sparse(&b), Omega::Uniform(1.0)).unwrap();
+            let d = independent(&problem, &vec![0.0; n]).unwrap();
+            let mut chosen = b.clone();
+            for j in (0..n).filter(|&j| d[j] > 0.0) {
+                chosen.set_column(j, &a.column(j));
+            }
+            let values = chosen.singular_values();
+            prop_assert!(values.min() > 1e-9 * values.max(), "{values}");
+            let rank = b.singular_values().iter().filter(|&&value| value > 1e-9).count();
+            prop_assert_eq!(d.iter().filter(|&&d| d < 0.0).count(), rank);
+        }
+    }
+
+    /// The least cᵀx in a cube that is squeezed so that paths along its edges are long (Klee and
+    /// Minty): x = 5ᵏ eₖ.
+    #[test]
+    fn squeezed_cubes_have_an_end() {
+        for k in 2..12_usize {
+            let entry = |i: usize, j: usize| match i.cmp(&j) {
+                std::cmp::Ordering::Greater => 2_f64.powi((i - j + 1) as i32),
+                std::cmp::Ordering::Equal => 1.0,
+                std::cmp::Ordering::Less => 0.0,
+            };
+            let g = DMatrix::from_fn(k, k, entry);
+            let mut a = DMatrix::zeros(2 * k, 2 * k);
+            a.view_mut((0, k), (k, k)).copy_from(&g.transpose());
+            a.view_mut((k, 0), (k, k)).copy_from(&-g);
+            let costs = (0..k).map(|i| -2_f64.powi((k - 1 - i) as i32));
+            let q: Vec<f64> = costs.chain((1..=k).map(|i| 5_f64.powi(i as i32))).collect();
+            let (left, vertices) = left(sparse(&a), Identity { order: 2 * k }, &q);
+            assert!(left <= 1e-15, "{k}: {left} after {vertices} vertices");
+        }
+    }
+
+    /// Beyond the order of full factors it sets out from the signs of `x`, here all columns of A.
+    #[test]
+    #[cfg(feature = "direct")]
+    fn a_plane_under_wind_is_solved() {
+        let a = FivePoint::new(26, 20, [-1.0, -0.2, 4.5, -2.0, -1.0]).unwrap();
+        let q: Vec<f64> =
+            (0..520).map(|i| (0.7 * i as f64).sin() + 1.2 * (i as f64).cos()).collect();
+        let (left, vertices) = left(a, Identity { order: 520 }, &q);
+        assert!(left <= 1e-13 && vertices > 50, "{left} after {vertices} vertices");
+    }
+}
