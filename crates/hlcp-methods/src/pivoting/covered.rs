@@ -23,43 +23,77 @@ use crate::direct::SparseLu;
 /// A column of which less than this part is left by others depends on them.
 const DEPENDS: f64 = 1e-11;
 
-/// The steps for each unknown, of which there may be 500: most problems take less than three.
-const STEPS: usize = 20;
+/// The paths of a small problem and the steps of all at most: most paths take one to three steps
+/// for each unknown.
+const STARTS: usize = 16;
+const STEPS: usize = 2000;
 
 /// The golden section, whose multiples are never the same but for whole numbers.
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
-/// A vertex of the path.
+/// The paths that were begun before, the steps that are left for all, and where this one is.
 #[derive(Debug, Clone)]
 pub(super) struct Covered<T> {
+    begun: usize,
+    left: usize,
+    at: Option<Vertex<T>>,
+}
+
+impl<T> Covered<T> {
+    pub(super) fn new() -> Self {
+        Self { begun: 0, left: STEPS, at: None }
+    }
+}
+
+/// A vertex of a path.
+#[derive(Debug, Clone)]
+struct Vertex<T> {
     /// 1 for columns of A, −1 for those of −BΩ.
     d: Vec<T>,
     /// g, and the unknown that it stands for; `n` for none.
     cover: Vec<T>,
     k: usize,
-    /// The steps that are left.
-    left: usize,
 }
 
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
-    /// Begins where all unknowns but one are positive: of a small problem with all columns of `BΩ`
-    /// that are independent, and else with those of the signs of `y`. Overwrites `y` with the
-    /// solution where `t` is not needed; there is no vertex then, or if the columns are singular.
-    pub(super) fn cover(&self, q: &Rhs<'_, T>, y: &mut [T]) -> Option<Covered<T>> {
+    /// Begins a path or takes a step on it, and overwrites `y` with where that leads; nothing is
+    /// returned where no step is left, and no path.
+    pub(super) fn follow(
+        &self,
+        q: &Rhs<'_, T>,
+        covered: Covered<T>,
+        y: &mut [T],
+    ) -> Option<Covered<T>> {
+        let Covered { begun, left, at } = covered;
+        let at = match at {
+            Some(vertex) => self.step_covered(q, vertex, y),
+            None => self.cover(q, begun, y),
+        };
+        let begun = begun + usize::from(at.is_none());
+        let is_over = at.is_none() && (begun == STARTS || y.len() > SMALL);
+        (left > 1 && !is_over).then_some(Covered { begun, left: left - 1, at })
+    }
+
+    /// Begins where all unknowns but one are positive: of a small problem with columns that are
+    /// independent, first with those of `BΩ`, then of `A`, and then with others; of a large one
+    /// with those of the signs of `y`. Overwrites `y` with the solution where `t` is not needed;
+    /// there is no vertex then, or if the columns are singular.
+    fn cover(&self, q: &Rhs<'_, T>, begun: usize, y: &mut [T]) -> Option<Vertex<T>> {
         let n = y.len();
         let side = |(&x, &free): (&T, &T)| if free > T::zero() { T::one() } else { sign(x) };
+        let part = |i: usize| (GOLDEN * (begun * (i + 1)) as f64).fract();
+        let of_a = |i: usize| begun == 1 || begun > 1 && part(i) < 0.5;
         let d = if n <= SMALL {
-            independent(&self.problem, &self.free)?
+            independent(&self.problem, &self.free, of_a)?
         } else {
             y.iter().zip(&self.free).map(side).collect()
         };
-        let (cover, left) = (vec![T::zero(); n], STEPS * n.min(SMALL));
-        let mut covered = Covered { d, cover, k: n, left };
-        let v = self.solved(&covered, [&self.load(q)])?;
+        let mut vertex = Vertex { d, cover: vec![T::zero(); n], k: n };
+        let v = self.solved(&vertex, [&self.load(q)])?;
         // With g = −M u, v grows by u with t. No two are the same, lest two become zero at once.
         let (_, of_columns) = units(&self.problem);
         let u = |i: usize| {
-            let unit = of_columns[usize::from(covered.d[i] < T::zero())][i];
+            let unit = of_columns[usize::from(vertex.d[i] < T::zero())][i];
             unit * T::of(1.0 + (GOLDEN * (i + 1) as f64).fract())
         };
         let bound = (0..n).filter(|&i| self.free[i] == T::zero());
@@ -67,30 +101,25 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         let part = |i: usize| (v[0][i] / u[i]).wide();
         let least = bound.min_by(|&i, &j| part(i).total_cmp(&part(j)));
         let Some(k) = least.filter(|&k| v[0][k] < T::zero()) else {
-            self.recover(&covered.d, &v[0], y);
+            self.recover(&vertex.d, &v[0], y);
             return None;
         };
-        let mut cover = std::mem::take(&mut covered.cover);
+        let mut cover = std::mem::take(&mut vertex.cover);
         for (i, g) in cover.iter_mut().enumerate() {
-            self.visit_columns(&covered.d, i, &mut |j, a| {
+            self.visit_columns(&vertex.d, i, &mut |j, a| {
                 if self.free[j] == T::zero() {
                     *g -= a * u[j];
                 }
             });
         }
-        Some(Covered { cover, k, ..covered })
+        Some(Vertex { cover, k, ..vertex })
     }
 
     /// Takes a step to the next vertex, and overwrites `y` with that; nothing is returned at the
     /// end, where `t` is 0, and where the path has none.
-    pub(super) fn step_covered(
-        &self,
-        q: &Rhs<'_, T>,
-        covered: Covered<T>,
-        y: &mut [T],
-    ) -> Option<Covered<T>> {
-        let k = covered.k;
-        let mut d = covered.d.clone();
+    fn step_covered(&self, q: &Rhs<'_, T>, vertex: Vertex<T>, y: &mut [T]) -> Option<Vertex<T>> {
+        let k = vertex.k;
+        let mut d = vertex.d.clone();
         d[k] = -d[k];
         let mut column = vec![T::zero(); y.len()];
         for (i, entry) in column.iter_mut().enumerate() {
@@ -100,7 +129,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
                 }
             });
         }
-        let [v, dv] = self.solved(&covered, [&self.load(q), &column])?;
+        let [v, dv] = self.solved(&vertex, [&self.load(q), &column])?;
         let falls = |i: &usize| self.free[*i] == T::zero() && dv[*i] < T::zero();
         let length = |i: usize| v[i].max(T::zero()) / -dv[i];
         // Of equal ones t, which is the k-th.
@@ -109,7 +138,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             Some(first) if length(first) <= length(i) => Some(first),
             _ => Some(i),
         })?;
-        let mut next = Covered { d, k: first, left: covered.left - 1, ..covered };
+        let mut next = Vertex { d, k: first, ..vertex };
         let mut after: Vec<T> = v.iter().zip(&dv).map(|(&v, &dv)| v + length(first) * dv).collect();
         (after[first], after[k]) = (T::zero(), length(first));
         if first == k {
@@ -120,7 +149,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             return None;
         }
         self.recover(&next.d, &after, y);
-        (next.left > 0).then_some(next)
+        Some(next)
     }
 
     /// The entries of row `i` of the columns that are chosen.
@@ -137,12 +166,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
 
     /// Returns −M⁻¹ times each right-hand side, with `M` the columns at a vertex; nothing if there
     /// are no factors.
-    fn solved<const K: usize>(
-        &self,
-        covered: &Covered<T>,
-        rhs: [&Vec<T>; K],
-    ) -> Option<[Vec<T>; K]> {
-        let Covered { d, cover, k, .. } = covered;
+    fn solved<const K: usize>(&self, vertex: &Vertex<T>, rhs: [&Vec<T>; K]) -> Option<[Vec<T>; K]> {
+        let Vertex { d, cover, k } = vertex;
         let n = d.len();
         let row = |i: usize, each: &mut dyn FnMut(usize, T)| {
             self.visit_columns(d, i, &mut |j, a| {
@@ -188,12 +213,14 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
     }
 }
 
-/// Chooses columns that are independent: of `A` for free unknowns, and of `BΩ` for the others but
-/// where these depend on those before. Returns 1 for those of `A` and −1 for those of `BΩ`; nothing
-/// if there is no such choice, in the order of the unknowns. Takes about n³ multiplications.
+/// Chooses columns that are independent: of `A` for free unknowns, and for the others of `A` where
+/// that is wanted and else of `BΩ`, but the other one where these depend on those before. Returns 1
+/// for those of `A` and −1 for those of `BΩ`; nothing if that leaves some that depend on others.
+/// Takes about n³ multiplications.
 fn independent<T: Scalar, A: Rows<T>, B: Rows<T>>(
     problem: &Hlcp<T, A, B>,
     free: &[T],
+    of_a: impl Fn(usize) -> bool,
 ) -> Option<Vec<T>> {
     let n = free.len();
     let mut columns = vec![vec![0.0; n]; 2 * n];
@@ -203,7 +230,11 @@ fn independent<T: Scalar, A: Rows<T>, B: Rows<T>>(
         problem.b().visit_row(i, &mut |j, b| add(n + j, i, b));
     }
     let (first, bound): (Vec<usize>, Vec<_>) = (0..n).partition(|&j| free[j] > T::zero());
-    let order = first.into_iter().chain(bound.iter().map(|j| n + j)).chain(bound.iter().copied());
+    let side = |&j: &usize, is_other: bool| if of_a(j) == is_other { n + j } else { j };
+    let order = first
+        .into_iter()
+        .chain(bound.iter().map(|j| side(j, false)))
+        .chain(bound.iter().map(|j| side(j, true)));
     let mut d = vec![T::zero(); n];
     // Gauss's elimination, by columns: a column that is taken has a row, and parts of it that take
     // that row from those to come.
@@ -242,7 +273,7 @@ mod tests {
     use proptest::{collection::vec, prelude::*};
 
     use super::*;
-    use crate::{method::measure, testing::csr};
+    use crate::{Limits, Solver, method::measure, testing::csr};
 
     /// Goes the path from `x = 0` to its end; returns what is left of the residual, as a part of
     /// ‖q‖, and the vertices.
@@ -251,10 +282,10 @@ mod tests {
         let pivoting = Pivoting::new(Hlcp::new(a, b, Omega::Uniform(1.0)).unwrap()).unwrap();
         let q = Rhs::new(q).unwrap();
         let (mut x, mut vertices) = (vec![0.0; n], 0);
-        let mut covered = pivoting.cover(&q, &mut x);
-        while let Some(at) = covered {
+        let mut vertex = pivoting.cover(&q, 0, &mut x);
+        while let Some(at) = vertex {
             vertices += 1;
-            covered = pivoting.step_covered(&q, at, &mut x);
+            vertex = pivoting.step_covered(&q, at, &mut x);
         }
         let (mut f, mut scratch) = (vec![0.0; n], vec![0.0; 2 * n]);
         let norms = measure(&pivoting.problem, &q, &x, &mut f, &mut scratch);
@@ -327,6 +358,25 @@ mod tests {
             prop_assert!(left <= 1e-10, "{left} after {vertices} vertices");
         }
 
+        /// Of games of two players all have equilibria, where one path alone may leave for ever.
+        #[test]
+        fn games_of_two_have_equilibria(
+            rows in 1..6_usize,
+            columns in 1..6_usize,
+            costs in vec((1..6_u8, 1..6_u8), 25),
+        ) {
+            let n = rows + columns;
+            let mut a = DMatrix::zeros(n, n);
+            for (i, j) in (0..rows).flat_map(|i| (0..columns).map(move |j| (i, j))) {
+                let (first, second) = costs[i * columns + j];
+                a[(i, rows + j)] = f64::from(first);
+                a[(rows + j, i)] = f64::from(second);
+            }
+            let pivoting = Pivoting::new(Hlcp::lcp(&a).unwrap()).unwrap();
+            let outcome = Solver::new(pivoting).solve(&vec![-1.0; n], Limits::default()).unwrap();
+            prop_assert!(outcome.converged(), "{outcome}");
+        }
+
         /// Some columns of B are sums of others.
         #[test]
         fn columns_that_are_chosen_are_independent(
@@ -341,7 +391,7 @@ mod tests {
             }
             let a = DMatrix::identity(n, n);
             let problem = Hlcp::new(sparse(&a), sparse(&b), Omega::Uniform(1.0)).unwrap();
-            let d = independent(&problem, &vec![0.0; n]).unwrap();
+            let d = independent(&problem, &vec![0.0; n], |_| false).unwrap();
             let mut chosen = b.clone();
             for j in (0..n).filter(|&j| d[j] > 0.0) {
                 chosen.set_column(j, &a.column(j));

@@ -90,8 +90,9 @@ const NEAR: f64 = 1e3;
 ///
 /// with a column g that covers what is negative and a large t, one sign changes with each step, and
 /// where t is 0 there is a solution. Up to an order of 500 the path begins with all columns of BΩ,
-/// but for those that depend on others, so that z is 0 for linear complementarity problems; beyond,
-/// with those of the signs that are there.
+/// but for those that depend on others, so that z is 0 for linear complementarity problems. Where
+/// it leaves for ever another one begins, with the columns of A and then with about half of each,
+/// up to sixteen. Beyond, it begins with the columns of the signs that are there.
 ///
 /// The factors are those of a full matrix or, with the feature `direct`, of a sparse one: whichever
 /// the pattern of `A` and `B` makes cheaper. Full ones begin with the columns that have one entry,
@@ -123,12 +124,12 @@ const NEAR: f64 = 1e3;
 /// Finitely many steps, up to rounding, where `(A, B)` has the column W-property, which is that
 /// solutions are unique for every `q`: `B⁻¹A` is a P-matrix then, its LCP has the same bases, and
 /// pivots of P-matrices leave P-matrices, on which Lemke's path ends at a solution wherever it
-/// begins; it takes 20 steps for each unknown at most, and 10,000. The same property is that `A D +
-/// B E` is regular for all positive diagonals D and E (Sznajder and Gowda), as the steps through
-/// the interior need. From all columns of BΩ the path ends at a solution if `B⁻¹A` is strictly
-/// semimonotone, as a nonnegative matrix with a positive diagonal is, too, and wherever there is
-/// one if it is copositive-plus (Cottle, Pang and Stone, Section 4.4). No splitting need converge
-/// and no sign need be that of an M-matrix.
+/// begins; all paths take 2000 steps at most. The same property is that `A D + B E` is regular for
+/// all positive diagonals D and E (Sznajder and Gowda), as the steps through the interior need.
+/// From all columns of BΩ the path ends at a solution if `B⁻¹A` is strictly semimonotone, as a
+/// nonnegative matrix with a positive diagonal is, too, and wherever there is one if it is
+/// copositive-plus (Cottle, Pang and Stone, Section 4.4). No splitting need converge and no sign
+/// need be that of an M-matrix.
 ///
 /// # Source
 ///
@@ -199,7 +200,7 @@ enum Way {
     Nearest,
     /// None of these is left.
     Over,
-    /// Lemke's path, along which `t` covers what is negative.
+    /// Lemke's paths, along which `t` covers what is negative.
     Covered,
     /// None is left.
     End,
@@ -479,10 +480,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
             return norms;
         }
         if self.way == Way::Covered {
-            self.covered = match self.covered.take() {
-                Some(covered) => self.step_covered(q, covered, y),
-                None => self.cover(q, y),
-            };
+            let covered = self.covered.take().unwrap_or_else(Covered::new);
+            self.covered = self.follow(q, covered, y);
             self.steps += 1;
             if self.covered.is_none() {
                 self.way = Way::End;
