@@ -1,4 +1,4 @@
-//! Lemke's method, the last way, along a path of vertices on which each step exchanges one column.
+//! Lemke's method, the last way, along paths of vertices on which each step exchanges one column.
 //!
 //! Let `M` have one of the columns of `A` and `−BΩ` for each unknown, `v ≥ 0` be these unknowns,
 //! and `g` a column that covers what is negative of them, so that with a large `t`
@@ -9,7 +9,7 @@
 //!
 //! At a vertex `v_k = 0`, and `g` stands in place of column `k`. The complement of `v_k` grows from
 //! zero until another unknown is zero, whose complement is next, or `t` is: that is a solution.
-//! Where nothing falls the path goes on for ever, and the method is over.
+//! Where nothing falls the path goes on for ever, and another one begins.
 //!
 //! A step takes one factorisation of the columns at the vertex, and two solves with it. That no two
 //! unknowns are zero at once is supposed.

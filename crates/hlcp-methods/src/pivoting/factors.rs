@@ -22,7 +22,7 @@ const LARGEST: usize = 15_000;
 
 /// The walks over the rows that an elimination of a full matrix takes, but for multiplications, and
 /// those that take the time of one entry, times three: by faer, and by our own factors.
-const FULL: [[usize; 2]; 2] = [[10, 60], [0, 12]];
+const FULL: [[usize; 2]; 2] = [[16, 60], [0, 12]];
 
 /// Where the factors of a symmetric matrix are not to be had, those with pivots are to hold no more
 /// than so many times their numbers: they hold four times as many on planes, hundreds of times as
