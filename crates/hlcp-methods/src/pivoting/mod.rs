@@ -89,10 +89,10 @@ const NEAR: f64 = 1e3;
 /// ```
 ///
 /// with a column g that covers what is negative and a large t, one sign changes with each step, and
-/// where t is 0 there is a solution. Up to an order of 500 the path begins with all columns of BΩ,
-/// but for those that depend on others, so that z is 0 for linear complementarity problems. Where
-/// it leaves for ever another one begins, with the columns of A and then with about half of each,
-/// up to sixteen. Beyond, it begins with the columns of the signs that are there.
+/// where t is 0 there is a solution. The path begins with all columns of BΩ, but for those that
+/// depend on others, so that z is 0 for linear complementarity problems. Where it leaves for ever
+/// another one begins, with the columns of A and then with about half of each, up to sixteen. A
+/// step takes a factorisation, so that this is the way up to an order of 500 alone.
 ///
 /// The factors are those of a full matrix or, with the feature `direct`, of a sparse one: whichever
 /// the pattern of `A` and `B` makes cheaper. Full ones begin with the columns that have one entry,
@@ -124,12 +124,12 @@ const NEAR: f64 = 1e3;
 /// Finitely many steps, up to rounding, where `(A, B)` has the column W-property, which is that
 /// solutions are unique for every `q`: `B⁻¹A` is a P-matrix then, its LCP has the same bases, and
 /// pivots of P-matrices leave P-matrices, on which Lemke's path ends at a solution wherever it
-/// begins; all paths take 2000 steps at most. The same property is that `A D + B E` is regular for
-/// all positive diagonals D and E (Sznajder and Gowda), as the steps through the interior need.
-/// From all columns of BΩ the path ends at a solution if `B⁻¹A` is strictly semimonotone, as a
-/// nonnegative matrix with a positive diagonal is, too, and wherever there is one if it is
-/// copositive-plus (Cottle, Pang and Stone, Section 4.4). No splitting need converge and no sign
-/// need be that of an M-matrix.
+/// begins; all paths take 2000 steps at most, and none beyond an order of 500. The same property is
+/// that `A D + B E` is regular for all positive diagonals D and E (Sznajder and Gowda), as the
+/// steps through the interior need. From all columns of BΩ the path ends at a solution if `B⁻¹A` is
+/// strictly semimonotone, as a nonnegative matrix with a positive diagonal is, too, and wherever
+/// there is one if it is copositive-plus (Cottle, Pang and Stone, Section 4.4). No splitting need
+/// converge and no sign need be that of an M-matrix.
 ///
 /// # Source
 ///
@@ -455,10 +455,12 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
     /// Goes the next way, if one has begun: the iterate stays where columns lead nowhere.
     fn turn(&mut self, end: Status) -> bool {
         let has_begun = self.fewest == usize::MAX && self.way < Way::Over;
-        if end != Status::Stagnated || self.way == Way::End {
+        let covers = !has_begun && self.interior.is_none();
+        let is_over = self.way == Way::End || covers && self.problem.order() > SMALL;
+        if end != Status::Stagnated || is_over {
             return false;
         }
-        if !has_begun && self.interior.is_none() {
+        if covers {
             self.way = Way::Covered;
         }
         true
