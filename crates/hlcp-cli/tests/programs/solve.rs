@@ -140,7 +140,7 @@ fn bad_input_is_status_1_with_one_line_on_stderr_and_nothing_on_stdout() {
         ("--m 8 --gamma -1e-300", "gamma is -1e-300, but"),
         ("--m 8 --method MSOR --alpha -1", "alpha is -1"),
         ("--m 8 --tol -1e-9", "absolute tolerance is -1e-9"),
-        ("--m 8 --mu -4.5", "diagonal of A[0] is -0.5"),
+        ("--m 8 --mu -4.5", "diagonal of M[0] is 0, "),
         ("--m 8 --nu -4.5", "diagonal of B[0] is -0.5"),
         ("--m 8 --mu nan", "NaN"),
         ("--m 8 --precision f32 --mu 1e300", "inf"),

@@ -214,15 +214,11 @@ pub enum Error {
 /// Returns the way out of an entry that is not positive.
 fn way_out(what: &str, value: f64) -> &'static str {
     match what {
-        "diagonal of A" | "diagonal of B" if value == 0.0 => {
-            "; AUTO and PIVOTING need no such pivots"
-        }
         "diagonal of B" if value < 0.0 => {
             "; the problem is A z − B r + q = 0, so that of A z + B r + q = 0 takes −B"
         }
-        "diagonal of A" if value < 0.0 => {
-            "; where that of B is negative too, change the sign of the row, of A, B and q alike; \
-             elsewhere give Ω yourself, such as 1, for PIVOTING and AUTO"
+        "diagonal of A" | "diagonal of B" if value <= 0.0 => {
+            "; AUTO and PIVOTING need no such pivots"
         }
         "diagonal of M" if value <= 0.0 => {
             "; it is made of those of A and BΩ: a larger Ω helps where that of B is positive; elsewhere \

@@ -32,14 +32,15 @@ impl<T: Scalar> Omega<T> {
     /// Theorem 2 of the paper asks for: one rounded down gives way to the next number up. Where a
     /// diagonal has a zero, as those of the conditions of Karush, Kuhn and Tucker do, the largest
     /// entries of both rows take the place of theirs on the diagonal; if one of these is zero, too,
-    /// the ratio is 1.
+    /// the ratio is 1. Where that of `A` is negative, the sizes of both serve.
     ///
     /// # Errors
     ///
     /// [`Error::Parameter`] for τ; what [`check`](crate::LinearOperator::check) of `a` or `b`
     /// refuses; [`Error::Order`] when `a` and `b` differ in order, [`Error::Empty`] when they have
-    /// none; [`Error::NotPositive`] for the first diagonal entry of `a` or `b` that is negative or
-    /// not finite, or the first ratio that is not positive and finite.
+    /// none; [`Error::NotPositive`] for the first diagonal entry of `a` or `b` that is not finite,
+    /// the first of `b` that is negative where that of `a` is not, or the first ratio that is not
+    /// positive and finite.
     ///
     /// ```
     /// use hlcp_core::{FivePoint, Identity, Omega, RowMajor};
@@ -69,10 +70,12 @@ impl<T: Scalar> Omega<T> {
         let ratio = |i| -> Result<T, Error> {
             let [of_a, of_b] = diagonals(i);
             for (what, entry) in [("diagonal of A", of_a), ("diagonal of B", of_b)] {
-                if entry != T::zero() {
+                let is_turned = of_a < T::zero() && entry.is_finite();
+                if entry != T::zero() && !is_turned {
                     positive_entry(what, i, entry)?;
                 }
             }
+            let [of_a, of_b] = [of_a.abs(), of_b.abs()];
             if of_a == T::zero() || of_b == T::zero() {
                 let [a, b] = [largest(a, i), largest(b, i)];
                 let is_any = a > T::zero() && b > T::zero();

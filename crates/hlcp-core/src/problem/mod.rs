@@ -76,13 +76,13 @@ pub struct Hlcp<T, A, B> {
 }
 
 impl<T: Scalar, A: Rows<T>> Hlcp<T, A, Identity> {
-    /// Poses the linear complementarity problem LCP(A, q), that is B = I, with Ω = D_A and γ = 1;
+    /// Poses the linear complementarity problem LCP(A, q), that is B = I, with Ω = |D_A| and γ = 1;
     /// zeros of the diagonal give way to the largest entries of their rows.
     ///
     /// # Errors
     ///
     /// [`Error::Empty`] for order 0; [`Error::NotPositive`] for the first diagonal entry that is
-    /// negative or not finite.
+    /// not finite.
     ///
     /// ```
     /// use hlcp_core::{FivePoint, Hlcp, Omega};

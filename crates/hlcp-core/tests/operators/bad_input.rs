@@ -85,7 +85,8 @@ fn diagonals_that_are_negative_or_not_finite_are_refused_in_the_last_row_too() {
     assert_eq!(omega, Omega::Each(vec![0.75, 0.75, 0.75, 0.75, 1.125]));
     for bad in [-2.0, f64::NAN, f64::INFINITY] {
         let spoilt = last(bad);
-        for (a, b, name) in [(&spoilt, &even, "diagonal of A"), (&even, &spoilt, "diagonal of B")] {
+        let cases = [(&spoilt, &even, "diagonal of A"), (&even, &spoilt, "diagonal of B")];
+        for (a, b, name) in cases.into_iter().skip(usize::from(bad < 0.0)) {
             is_not_positive(Omega::diagonal_ratio(0.7, a, b).unwrap_err(), (name, 4, bad));
         }
     }
@@ -95,6 +96,13 @@ fn diagonals_that_are_negative_or_not_finite_are_refused_in_the_last_row_too() {
         zero[(4, 1)] = off;
         let each = |omega| Omega::Each(vec![0.35, 0.35, 0.35, 0.35, omega]);
         assert_eq!(Omega::diagonal_ratio(0.7, &zero, &even).unwrap(), each(omega));
+    }
+    // The sizes serve where that of A is negative.
+    for of_b in [4.0, -4.0] {
+        let mut b = even.clone();
+        b[(4, 4)] = of_b;
+        let omega = Omega::diagonal_ratio(1.5, &last(-3.0), &b).unwrap();
+        assert_eq!(omega, Omega::Each(vec![0.75, 0.75, 0.75, 0.75, 1.125]));
     }
     let none = Hlcp::new(last(-2.0), even, Omega::Uniform(0.5)).unwrap();
     let error = Mms::new(none, Jacobi).unwrap_err().to_string();
