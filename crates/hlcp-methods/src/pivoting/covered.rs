@@ -11,8 +11,9 @@
 //! zero until another unknown is zero, whose complement is next, or `t` is: that is a solution.
 //! Where nothing falls the path goes on for ever, and another one begins.
 //!
-//! A step takes one factorisation of the columns at the vertex, and two solves with it. That no two
-//! unknowns are zero at once is supposed.
+//! A step exchanges one column, `M' = M E`, where `E` is the identity but for the column `M⁻¹a` of
+//! the one that enters, and takes two solves with the factors of `M` some steps before and what has
+//! been exchanged since. That no two unknowns are zero at once is supposed.
 
 use hlcp_core::{Hlcp, Rhs, Rows, Scalar};
 
@@ -24,6 +25,10 @@ const DEPENDS: f64 = 1e-11;
 /// The paths, and the steps of all at most: most take one to three for each unknown.
 const STARTS: usize = 16;
 const STEPS: usize = 2000;
+
+/// The columns that are exchanged until all are factorised again, which costs as much as some ten
+/// to fifty steps.
+const EXCHANGES: usize = 20;
 
 /// The golden section, whose multiples are never the same but for whole numbers.
 const GOLDEN: f64 = 0.618_033_988_749_895;
@@ -50,6 +55,39 @@ struct Vertex<T> {
     /// g, and the unknown that it stands for; `n` for none.
     cover: Vec<T>,
     k: usize,
+    columns: Columns<T>,
+}
+
+/// The factors of the columns at a vertex.
+#[derive(Debug, Clone)]
+struct Columns<T> {
+    factors: Full<T>,
+    /// The place of the column of each unknown, and that of `g` for the one it stands for.
+    places: Vec<usize>,
+    /// The places whose columns have been exchanged since, and E's columns.
+    exchanged: Vec<(usize, Vec<T>)>,
+}
+
+impl<T: Scalar> Columns<T> {
+    /// Returns −M⁻¹ times a right-hand side; nothing if it is not finite.
+    fn solve(&mut self, rhs: &[T]) -> Option<Vec<T>> {
+        let mut v = vec![T::zero(); rhs.len()];
+        self.factors.solve(rhs, &mut v);
+        for (at, column) in &self.exchanged {
+            let by = v[*at] / column[*at];
+            v.iter_mut().zip(column).for_each(|(v, &e)| *v -= e * by);
+            v[*at] = by;
+        }
+        let v: Vec<T> = self.places.iter().map(|&at| -v[at]).collect();
+        v.iter().all(|v| v.is_finite()).then_some(v)
+    }
+
+    /// Puts another column, −M times `v`, in the place of unknown `i`.
+    fn exchange(&mut self, i: usize, v: &[T]) {
+        let mut column = vec![T::zero(); v.len()];
+        v.iter().zip(&self.places).for_each(|(&v, &at)| column[at] = -v);
+        self.exchanged.push((self.places[i], column));
+    }
 }
 
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
@@ -78,38 +116,40 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         let part = |i: usize| (GOLDEN * (begun * (i + 1)) as f64).fract();
         let of_a = |i: usize| begun == 1 || begun > 1 && part(i) < 0.5;
         let d = independent(&self.problem, &self.free, of_a)?;
-        let mut vertex = Vertex { d, cover: vec![T::zero(); n], k: n };
-        let v = self.solved(&vertex, [&self.load(q)])?;
+        let (mut cover, places) = (vec![T::zero(); n], (0..n).collect());
+        let mut columns = self.columns(&d, &cover, n, places);
+        let v = columns.solve(&self.load(q))?;
         // With g = −M u, v grows by u with t. No two are the same, lest two become zero at once.
         let (_, of_columns) = units(&self.problem);
         let u = |i: usize| {
-            let unit = of_columns[usize::from(vertex.d[i] < T::zero())][i];
+            if self.free[i] > T::zero() {
+                return T::zero();
+            }
+            let unit = of_columns[usize::from(d[i] < T::zero())][i];
             unit * T::of(1.0 + (GOLDEN * (i + 1) as f64).fract())
         };
         let bound = (0..n).filter(|&i| self.free[i] == T::zero());
         let u: Vec<T> = (0..n).map(u).collect();
-        let part = |i: usize| (v[0][i] / u[i]).wide();
+        let part = |i: usize| (v[i] / u[i]).wide();
         let least = bound.min_by(|&i, &j| part(i).total_cmp(&part(j)));
-        let Some(k) = least.filter(|&k| v[0][k] < T::zero()) else {
-            self.recover(&vertex.d, &v[0], y);
+        let Some(k) = least.filter(|&k| v[k] < T::zero()) else {
+            self.recover(&d, &v, y);
             return None;
         };
-        let mut cover = std::mem::take(&mut vertex.cover);
         for (i, g) in cover.iter_mut().enumerate() {
-            self.visit_columns(&vertex.d, i, &mut |j, a| {
-                if self.free[j] == T::zero() {
-                    *g -= a * u[j];
-                }
-            });
+            self.visit_columns(&d, i, &mut |j, a| *g -= a * u[j]);
         }
-        Some(Vertex { cover, k, ..vertex })
+        columns.exchange(k, &u);
+        Some(Vertex { d, cover, k, columns })
     }
 
     /// Takes a step to the next vertex; nothing is returned at the end, where `t` is 0 and `y` is
     /// overwritten with the solution, and where the path has none.
     fn step_covered(&self, q: &Rhs<'_, T>, vertex: Vertex<T>, y: &mut [T]) -> Option<Vertex<T>> {
-        let k = vertex.k;
-        let mut d = vertex.d.clone();
+        let Vertex { mut d, cover, k, mut columns } = vertex;
+        if columns.exchanged.len() >= EXCHANGES {
+            columns = self.columns(&d, &cover, k, columns.places);
+        }
         d[k] = -d[k];
         let mut column = vec![T::zero(); y.len()];
         for (i, entry) in column.iter_mut().enumerate() {
@@ -119,7 +159,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
                 }
             });
         }
-        let [v, dv] = self.solved(&vertex, [&self.load(q), &column])?;
+        let (v, dv) = (columns.solve(&self.load(q))?, columns.solve(&column)?);
         let falls = |i: &usize| self.free[*i] == T::zero() && dv[*i] < T::zero();
         let length = |i: usize| v[i].max(T::zero()) / -dv[i];
         // Of equal ones t, which is the k-th.
@@ -128,21 +168,21 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             Some(first) if length(first) <= length(i) => Some(first),
             _ => Some(i),
         })?;
-        let mut next = Vertex { d, k: first, ..vertex };
         if first == k {
             // The columns alone, if they are regular, have what rounding has taken from a large t.
-            next.k = v.len();
-            let end = |(&v, &dv)| v + length(k) * dv;
-            let at_end = || {
+            let mut columns = self.columns(&d, &cover, v.len(), columns.places);
+            let last = columns.solve(&self.load(q)).unwrap_or_else(|| {
+                let end = |(&v, &dv)| v + length(k) * dv;
                 let mut end: Vec<T> = v.iter().zip(&dv).map(end).collect();
                 end[k] = length(k);
-                [end]
-            };
-            let [last] = self.solved(&next, [&self.load(q)]).unwrap_or_else(at_end);
-            self.recover(&next.d, &last, y);
+                end
+            });
+            self.recover(&d, &last, y);
             return None;
         }
-        Some(next)
+        columns.exchange(first, &dv);
+        columns.places.swap(k, first);
+        Some(Vertex { d, cover, k: first, columns })
     }
 
     /// The entries of row `i` of the columns that are chosen.
@@ -157,30 +197,22 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         b.visit_row(i, &mut |j, b| some(d[j] < T::zero(), j, -(b * omega.entry(j))));
     }
 
-    /// Returns −M⁻¹ times each right-hand side, with `M` the columns at a vertex; nothing if there
-    /// are no factors.
-    fn solved<const K: usize>(&self, vertex: &Vertex<T>, rhs: [&Vec<T>; K]) -> Option<[Vec<T>; K]> {
-        let Vertex { d, cover, k } = vertex;
+    /// Factorises the columns at a vertex, in these places.
+    fn columns(&self, d: &[T], cover: &[T], k: usize, places: Vec<usize>) -> Columns<T> {
         let n = d.len();
         let row = |i: usize, each: &mut dyn FnMut(usize, T)| {
             self.visit_columns(d, i, &mut |j, a| {
-                if j != *k {
-                    each(j, a);
+                if j != k {
+                    each(places[j], a);
                 }
             });
-            if *k < n {
-                each(*k, cover[i]);
+            if k < n {
+                each(places[k], cover[i]);
             }
         };
         let mut factors = Full::new();
         factors.factorise(n, row);
-        let solutions = rhs.map(|rhs| {
-            let mut v = vec![T::zero(); n];
-            factors.solve(rhs, &mut v);
-            v.iter_mut().for_each(|v| *v = -*v);
-            v
-        });
-        solutions.iter().flatten().all(|v| v.is_finite()).then_some(solutions)
+        Columns { factors, places, exchanged: vec![] }
     }
 
     /// γq.
@@ -237,7 +269,9 @@ fn independent<T: Scalar, A: Rows<T>, B: Rows<T>>(
         let (_, size) = largest(column, &|_| true);
         for (row, parts) in &taken {
             let by = column[*row];
-            column.iter_mut().zip(parts).for_each(|(a, part)| *a -= by * part);
+            if by != 0.0 {
+                column.iter_mut().zip(parts).for_each(|(a, part)| *a -= by * part);
+            }
         }
         let (row, left) = largest(column, &|i| is_open[i]);
         if left > DEPENDS * size {

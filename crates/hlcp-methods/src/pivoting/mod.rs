@@ -10,7 +10,7 @@ use crate::{
     safeguard::ROUGH,
 };
 use covered::Covered;
-use factors::{Factors, SMALL, worth};
+use factors::{Factors, worth};
 use full::Full;
 use inside::Interior;
 
@@ -456,7 +456,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
     fn turn(&mut self, end: Status) -> bool {
         let has_begun = self.fewest == usize::MAX && self.way < Way::Over;
         let covers = !has_begun && self.interior.is_none();
-        let is_over = self.way == Way::End || covers && self.problem.order() > SMALL;
+        let is_over = self.way == Way::End || covers && worth(&self.problem) == usize::MAX;
         if end != Status::Stagnated || is_over {
             return false;
         }
