@@ -15,7 +15,7 @@
 //! the one that enters, and takes two solves with the factors of `M` some steps before and what has
 //! been exchanged since. That no two unknowns are zero at once is supposed.
 
-use hlcp_core::{Hlcp, Rhs, Rows, Scalar};
+use hlcp_core::{Hlcp, Norms, Rhs, Rows, Scalar};
 
 use super::{Full, Pivoting, inside::units, of_column};
 
@@ -55,8 +55,15 @@ struct Vertex<T> {
     /// g, and the unknown that it stands for; `n` for none.
     cover: Vec<T>,
     k: usize,
+    /// The unknown of which g is the other column, if it is; `n` else.
+    double: usize,
     columns: Columns<T>,
+    /// γq.
+    load: Vec<T>,
 }
+
+/// The unknowns at a vertex, how they grow with the next one, and the first that falls to zero.
+type Step<T> = (Vec<T>, Vec<T>, usize);
 
 /// The factors of the columns at a vertex.
 #[derive(Debug, Clone)]
@@ -102,7 +109,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         let Covered { begun, left, at } = covered;
         let at = match at {
             Some(vertex) => self.step_covered(q, vertex, y),
-            None => self.cover(q, begun, y),
+            None if begun == 0 || begun == STARTS - 1 => self.cover(q, begun > 0, y),
+            None => self.double(q, begun - 1),
         };
         let begun = begun + usize::from(at.is_none());
         (left > 1 && begun < STARTS).then_some(Covered { begun, left: left - 1, at })
@@ -111,14 +119,13 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
     /// Begins where all unknowns but one are positive, with columns that are independent: first
     /// with those of `BΩ`, then of `A`, and then with others. Overwrites `y` with the solution
     /// where `t` is not needed; there is no vertex then, or if the columns are singular.
-    fn cover(&self, q: &Rhs<'_, T>, begun: usize, y: &mut [T]) -> Option<Vertex<T>> {
+    fn cover(&self, q: &Rhs<'_, T>, of_a: bool, y: &mut [T]) -> Option<Vertex<T>> {
         let n = y.len();
-        let part = |i: usize| (GOLDEN * (begun * (i + 1)) as f64).fract();
-        let of_a = |i: usize| begun == 1 || begun > 1 && part(i) < 0.5;
         let d = independent(&self.problem, &self.free, of_a)?;
         let (mut cover, places) = (vec![T::zero(); n], (0..n).collect());
         let mut columns = self.columns(&d, &cover, n, places);
-        let v = columns.solve(&self.load(q))?;
+        let load = self.load(q);
+        let v = columns.solve(&load)?;
         // With g = −M u, v grows by u with t. No two are the same, lest two become zero at once.
         let (_, of_columns) = units(&self.problem);
         let u = |i: usize| {
@@ -140,26 +147,109 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             self.visit_columns(&d, i, &mut |j, a| *g -= a * u[j]);
         }
         columns.exchange(k, &u);
-        Some(Vertex { d, cover, k, columns })
+        Some(Vertex { d, cover, k, double: n, columns, load })
     }
 
-    /// Takes a step to the next vertex; nothing is returned at the end, where `t` is 0 and `y` is
-    /// overwritten with the solution, and where the path has none.
-    fn step_covered(&self, q: &Rhs<'_, T>, vertex: Vertex<T>, y: &mut [T]) -> Option<Vertex<T>> {
-        let Vertex { mut d, cover, k, mut columns } = vertex;
-        if columns.exchanged.len() >= EXCHANGES {
-            columns = self.columns(&d, &cover, k, columns.places);
+    /// Begins as Lemke and Howson do, from `z = 0`: with a z of `double` that makes `r` positive
+    /// where it depends on that, and then with the z of which `r` is zero, until none is negative.
+    /// Of games with positive costs two suffice; nothing is returned where `r` may become smaller.
+    fn double(&self, q: &Rhs<'_, T>, double: usize) -> Option<Vertex<T>> {
+        let n = self.free.len();
+        let of = |&free: &T| if free > T::zero() { T::one() } else { -T::one() };
+        let mut d: Vec<T> = self.free.iter().map(of).collect();
+        let mut columns = self.columns(&d, &[], n, (0..n).collect());
+        // Lest two become zero at once.
+        let mut load = self.load(q);
+        for (i, q) in load.iter_mut().enumerate() {
+            *q += *q * T::epsilon().sqrt() * T::of((GOLDEN * (i + 1) as f64).fract());
         }
-        d[k] = -d[k];
-        let mut column = vec![T::zero(); y.len()];
+        let mut r = columns.solve(&load)?;
+        let (mut k, mut cover) = (double, vec![]);
+        while r.iter().any(|&r| r < T::zero()) {
+            if *d.get(k)? > T::zero() {
+                return None;
+            }
+            d[k] = T::one();
+            let column = self.column(&d, k);
+            let dr = columns.solve(&column)?;
+            let is_kept = |i: usize| i == double || d[i] < T::zero() || dr[i] == T::zero();
+            if !(0..n).all(|i| dr[i] >= T::zero() && is_kept(i)) {
+                return None;
+            }
+            let length = |&i: &usize| (-r[i] / dr[i]).wide();
+            let short = (0..n).filter(|&i| r[i] < T::zero() && dr[i] > T::zero());
+            let most = short.max_by(|i, j| length(i).total_cmp(&length(j)))?;
+            let by = -r[most] / dr[most];
+            r.iter_mut().zip(&dr).for_each(|(r, &dr)| *r += by * dr);
+            r[most] = T::zero();
+            if k == double {
+                cover = column;
+            }
+            k = most;
+        }
+        d[double] = -T::one();
+        let columns = self.columns(&d, &cover, k, columns.places);
+        Some(Vertex { d, cover, k, double, columns, load })
+    }
+
+    /// The column of unknown `k` that is chosen.
+    fn column(&self, d: &[T], k: usize) -> Vec<T> {
+        let mut column = vec![T::zero(); d.len()];
         for (i, entry) in column.iter_mut().enumerate() {
-            self.visit_columns(&d, i, &mut |j, a| {
+            self.visit_columns(d, i, &mut |j, a| {
                 if j == k {
                     *entry += a;
                 }
             });
         }
-        let (v, dv) = (columns.solve(&self.load(q))?, columns.solve(&column)?);
+        column
+    }
+
+    /// Takes a step to the next vertex; nothing is returned at the end, where `t` is 0 and `y` is
+    /// overwritten with the solution, and where the path has none.
+    fn step_covered(&self, q: &Rhs<'_, T>, vertex: Vertex<T>, y: &mut [T]) -> Option<Vertex<T>> {
+        let Vertex { d, cover, k, double, mut columns, load } = vertex;
+        let mut next = d.clone();
+        next[k] = -d[k];
+        let column = self.column(&next, k);
+        let mut step = self.first(&mut columns, [&load, &column], k);
+        // What may be rounding is not to decide.
+        let clear = T::epsilon().sqrt();
+        let is_clear = |(_, dv, first): &Step<T>| -dv[*first] > clear * T::of(Norms::of(dv).linf);
+        let begun = columns.exchanged.len();
+        if begun >= EXCHANGES || begun > 0 && !step.as_ref().is_some_and(is_clear) {
+            columns = self.columns(&d, &cover, k, columns.places);
+            step = self.first(&mut columns, [&load, &column], k);
+        }
+        let ((v, dv, first), mut d) = (step?, next);
+        if first == k || first == double {
+            let load = self.load(q);
+            let v = columns.solve(&load)?;
+            let length = v[first].max(T::zero()) / -dv[first];
+            let end = |(&v, &dv)| v + length * dv;
+            let mut end: Vec<T> = v.iter().zip(&dv).map(end).collect();
+            let t = std::mem::replace(&mut end[k], length);
+            if first != k {
+                (d[first], end[first]) = (-d[first], t);
+            }
+            // The columns alone, if they are regular, have what rounding has taken from a large t.
+            let mut columns = self.columns(&d, &cover, v.len(), columns.places);
+            self.recover(&d, &columns.solve(&load).unwrap_or(end), y);
+            return None;
+        }
+        columns.exchange(first, &dv);
+        columns.places.swap(k, first);
+        Some(Vertex { d, cover, k: first, double, columns, load })
+    }
+
+    /// Returns `v`, how it grows with the unknown of a column, and the unknown that is zero first.
+    fn first(
+        &self,
+        columns: &mut Columns<T>,
+        [load, column]: [&[T]; 2],
+        k: usize,
+    ) -> Option<Step<T>> {
+        let (v, dv) = (columns.solve(load)?, columns.solve(column)?);
         let falls = |i: &usize| self.free[*i] == T::zero() && dv[*i] < T::zero();
         let length = |i: usize| v[i].max(T::zero()) / -dv[i];
         // Of equal ones t, which is the k-th.
@@ -168,21 +258,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             Some(first) if length(first) <= length(i) => Some(first),
             _ => Some(i),
         })?;
-        if first == k {
-            // The columns alone, if they are regular, have what rounding has taken from a large t.
-            let mut columns = self.columns(&d, &cover, v.len(), columns.places);
-            let last = columns.solve(&self.load(q)).unwrap_or_else(|| {
-                let end = |(&v, &dv)| v + length(k) * dv;
-                let mut end: Vec<T> = v.iter().zip(&dv).map(end).collect();
-                end[k] = length(k);
-                end
-            });
-            self.recover(&d, &last, y);
-            return None;
-        }
-        columns.exchange(first, &dv);
-        columns.places.swap(k, first);
-        Some(Vertex { d, cover, k: first, columns })
+        Some((v, dv, first))
     }
 
     /// The entries of row `i` of the columns that are chosen.
@@ -236,7 +312,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
 fn independent<T: Scalar, A: Rows<T>, B: Rows<T>>(
     problem: &Hlcp<T, A, B>,
     free: &[T],
-    of_a: impl Fn(usize) -> bool,
+    of_a: bool,
 ) -> Option<Vec<T>> {
     let n = free.len();
     let mut columns = vec![vec![0.0; n]; 2 * n];
@@ -246,7 +322,7 @@ fn independent<T: Scalar, A: Rows<T>, B: Rows<T>>(
         problem.b().visit_row(i, &mut |j, b| add(n + j, i, b));
     }
     let (first, bound): (Vec<usize>, Vec<_>) = (0..n).partition(|&j| free[j] > T::zero());
-    let side = |&j: &usize, is_other: bool| if of_a(j) == is_other { n + j } else { j };
+    let side = |&j: &usize, is_other: bool| if of_a == is_other { n + j } else { j };
     let order = first
         .into_iter()
         .chain(bound.iter().map(|j| side(j, false)))
@@ -300,7 +376,7 @@ mod tests {
         let pivoting = Pivoting::new(Hlcp::new(a, b, Omega::Uniform(1.0)).unwrap()).unwrap();
         let q = Rhs::new(q).unwrap();
         let (mut x, mut vertices) = (vec![0.0; n], 0);
-        let mut vertex = pivoting.cover(&q, 0, &mut x);
+        let mut vertex = pivoting.cover(&q, false, &mut x);
         while let Some(at) = vertex {
             vertices += 1;
             vertex = pivoting.step_covered(&q, at, &mut x);
@@ -409,7 +485,7 @@ mod tests {
             }
             let a = DMatrix::identity(n, n);
             let problem = Hlcp::new(sparse(&a), sparse(&b), Omega::Uniform(1.0)).unwrap();
-            let d = independent(&problem, &vec![0.0; n], |_| false).unwrap();
+            let d = independent(&problem, &vec![0.0; n], false).unwrap();
             let mut chosen = b.clone();
             for j in (0..n).filter(|&j| d[j] > 0.0) {
                 chosen.set_column(j, &a.column(j));

@@ -526,6 +526,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
             }
             Way::Inside if self.interior.is_none() => self.way = Way::Shared,
             Way::Shared if rests => (self.way, self.fewest) = (Way::Nearest, usize::MAX),
+            Way::Nearest if rests && led >= norms.l2 => self.way = Way::Over,
             Way::Shared | Way::Nearest if !has_digits => self.way = Way::Over,
             Way::Nearest if self.fewest > x.len() && Norms::of(y).l2 > 0.5 * Norms::of(x).l2 => {
                 // Nothing is nearer.
