@@ -23,7 +23,7 @@ use super::{Full, Pivoting, inside::units, of_column};
 const DEPENDS: f64 = 1e-11;
 
 /// The paths, and the steps of all at most: most take one to three for each unknown.
-const STARTS: usize = 16;
+const STARTS: usize = 32;
 const STEPS: usize = 2000;
 
 /// The columns that are exchanged until all are factorised again, which costs as much as some ten
@@ -109,8 +109,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         let Covered { begun, left, at } = covered;
         let at = match at {
             Some(vertex) => self.step_covered(q, vertex, y),
-            None if begun == 0 || begun == STARTS - 1 => self.cover(q, begun > 0, y),
-            None => self.double(q, begun - 1),
+            None if begun % 2 > 0 => self.double(q, begun / 2),
+            None => self.cover(q, begun / 2, y),
         };
         let begun = begun + usize::from(at.is_none());
         (left > 1 && begun < STARTS).then_some(Covered { begun, left: left - 1, at })
@@ -119,8 +119,10 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
     /// Begins where all unknowns but one are positive, with columns that are independent: first
     /// with those of `BΩ`, then of `A`, and then with others. Overwrites `y` with the solution
     /// where `t` is not needed; there is no vertex then, or if the columns are singular.
-    fn cover(&self, q: &Rhs<'_, T>, of_a: bool, y: &mut [T]) -> Option<Vertex<T>> {
+    fn cover(&self, q: &Rhs<'_, T>, begun: usize, y: &mut [T]) -> Option<Vertex<T>> {
         let n = y.len();
+        let part = |i: usize| (GOLDEN * (begun * (i + 1)) as f64).fract();
+        let of_a = |i: usize| begun == 1 || begun > 1 && part(i) < 0.5;
         let d = independent(&self.problem, &self.free, of_a)?;
         let (mut cover, places) = (vec![T::zero(); n], (0..n).collect());
         let mut columns = self.columns(&d, &cover, n, places);
@@ -221,7 +223,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             columns = self.columns(&d, &cover, k, columns.places);
             step = self.first(&mut columns, [&load, &column], k);
         }
-        let ((v, dv, first), mut d) = (step?, next);
+        let ((_, dv, first), mut d) = (step?, next);
         if first == k || first == double {
             let load = self.load(q);
             let v = columns.solve(&load)?;
@@ -312,7 +314,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
 fn independent<T: Scalar, A: Rows<T>, B: Rows<T>>(
     problem: &Hlcp<T, A, B>,
     free: &[T],
-    of_a: bool,
+    of_a: impl Fn(usize) -> bool,
 ) -> Option<Vec<T>> {
     let n = free.len();
     let mut columns = vec![vec![0.0; n]; 2 * n];
@@ -322,7 +324,7 @@ fn independent<T: Scalar, A: Rows<T>, B: Rows<T>>(
         problem.b().visit_row(i, &mut |j, b| add(n + j, i, b));
     }
     let (first, bound): (Vec<usize>, Vec<_>) = (0..n).partition(|&j| free[j] > T::zero());
-    let side = |&j: &usize, is_other: bool| if of_a == is_other { n + j } else { j };
+    let side = |&j: &usize, is_other: bool| if of_a(j) == is_other { n + j } else { j };
     let order = first
         .into_iter()
         .chain(bound.iter().map(|j| side(j, false)))
@@ -376,7 +378,7 @@ mod tests {
         let pivoting = Pivoting::new(Hlcp::new(a, b, Omega::Uniform(1.0)).unwrap()).unwrap();
         let q = Rhs::new(q).unwrap();
         let (mut x, mut vertices) = (vec![0.0; n], 0);
-        let mut vertex = pivoting.cover(&q, false, &mut x);
+        let mut vertex = pivoting.cover(&q, 0, &mut x);
         while let Some(at) = vertex {
             vertices += 1;
             vertex = pivoting.step_covered(&q, at, &mut x);
@@ -485,7 +487,7 @@ mod tests {
             }
             let a = DMatrix::identity(n, n);
             let problem = Hlcp::new(sparse(&a), sparse(&b), Omega::Uniform(1.0)).unwrap();
-            let d = independent(&problem, &vec![0.0; n], false).unwrap();
+            let d = independent(&problem, &vec![0.0; n], |_| false).unwrap();
             let mut chosen = b.clone();
             for j in (0..n).filter(|&j| d[j] > 0.0) {
                 chosen.set_column(j, &a.column(j));
