@@ -11,40 +11,52 @@
 //! zero until another unknown is zero, whose complement is next, or `t` is: that is a solution.
 //! Where nothing falls the path goes on for ever, and another one begins.
 //!
+//! Or `g` is the other column of an unknown that has both (Lemke and Howson): then a solution is
+//! where either of them is zero.
+//!
 //! A step exchanges one column, `M' = M E`, where `E` is the identity but for the column `M⁻¹a` of
 //! the one that enters, and takes two solves with the factors of `M` some steps before and what has
 //! been exchanged since. That no two unknowns are zero at once is supposed.
 
 use hlcp_core::{Hlcp, Norms, Rhs, Rows, Scalar};
 
-use super::{Full, Pivoting, inside::units, of_column};
+use super::{Full, inside::units, of_column};
 
 /// A column of which less than this part is left by others depends on them.
 const DEPENDS: f64 = 1e-11;
 
-/// The paths, and the steps of all at most: most take one to three for each unknown.
+/// The paths at most, the steps of all, and the numbers in the factors that these read: that takes
+/// about five seconds. Most paths have one to three steps for each unknown, of games up to thirty.
 const STARTS: usize = 32;
-const STEPS: usize = 2000;
+const STEPS: usize = 20_000;
+const NUMBERS: usize = 2_000_000_000;
 
-/// The columns that are exchanged until all are factorised again, which costs as much as some ten
-/// to fifty steps.
+/// The columns that are exchanged until all are factorised again.
 const EXCHANGES: usize = 20;
 
 /// The golden section, whose multiples are never the same but for whole numbers.
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
-/// The paths that were begun before, the steps that are left for all, and where this one is.
-#[derive(Debug, Clone)]
-pub(super) struct Covered<T> {
-    begun: usize,
-    left: usize,
-    at: Option<Vertex<T>>,
+/// Returns the steps of all paths of a problem of order `n`.
+pub(super) fn steps(n: usize) -> usize {
+    STEPS.min(NUMBERS / n.pow(2))
 }
 
-impl<T> Covered<T> {
-    pub(super) fn new() -> Self {
-        Self { begun: 0, left: STEPS, at: None }
-    }
+/// The paths of a problem, and where the present one is.
+#[derive(Debug, Clone)]
+pub(super) struct Paths<T> {
+    /// The columns of A, then those of −BΩ, and γq.
+    columns: Vec<Vec<T>>,
+    load: Vec<T>,
+    /// The units of the unknowns that belong to these; none of free ones.
+    units: Vec<T>,
+    free: Vec<T>,
+    /// The paths that were begun before, and the steps that are left for all and that this one,
+    /// which may go in a circle by rounding, is to leave for others.
+    begun: usize,
+    left: usize,
+    kept: usize,
+    at: Option<Vertex<T>>,
 }
 
 /// A vertex of a path.
@@ -57,17 +69,14 @@ struct Vertex<T> {
     k: usize,
     /// The unknown of which g is the other column, if it is; `n` else.
     double: usize,
-    columns: Columns<T>,
-    /// γq.
+    basis: Basis<T>,
+    /// γq, or next to it.
     load: Vec<T>,
 }
 
-/// The unknowns at a vertex, how they grow with the next one, and the first that falls to zero.
-type Step<T> = (Vec<T>, Vec<T>, usize);
-
 /// The factors of the columns at a vertex.
 #[derive(Debug, Clone)]
-struct Columns<T> {
+struct Basis<T> {
     factors: Full<T>,
     /// The place of the column of each unknown, and that of `g` for the one it stands for.
     places: Vec<usize>,
@@ -75,7 +84,10 @@ struct Columns<T> {
     exchanged: Vec<(usize, Vec<T>)>,
 }
 
-impl<T: Scalar> Columns<T> {
+/// The unknowns at a vertex, how they grow with the next one, and the first that falls to zero.
+type Step<T> = (Vec<T>, Vec<T>, usize);
+
+impl<T: Scalar> Basis<T> {
     /// Returns −M⁻¹ times a right-hand side; nothing if it is not finite.
     fn solve(&mut self, rhs: &[T]) -> Option<Vec<T>> {
         let mut v = vec![T::zero(); rhs.len()];
@@ -97,162 +109,162 @@ impl<T: Scalar> Columns<T> {
     }
 }
 
-impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
-    /// Begins a path or takes a step on it, and overwrites `y` with the solution at its end;
-    /// nothing is returned where no step is left, and no path.
-    pub(super) fn follow(
-        &self,
+impl<T: Scalar> Paths<T> {
+    /// Those of a problem with these free unknowns; `2n²` numbers and some vectors.
+    pub(super) fn new<A: Rows<T>, B: Rows<T>>(
+        problem: &Hlcp<T, A, B>,
         q: &Rhs<'_, T>,
-        covered: Covered<T>,
-        y: &mut [T],
-    ) -> Option<Covered<T>> {
-        let Covered { begun, left, at } = covered;
-        let at = match at {
-            Some(vertex) => self.step_covered(q, vertex, y),
-            None if begun % 2 > 0 => self.double(q, begun / 2),
-            None => self.cover(q, begun / 2, y),
-        };
-        let begun = begun + usize::from(at.is_none());
-        (left > 1 && begun < STARTS).then_some(Covered { begun, left: left - 1, at })
+        free: &[T],
+    ) -> Self {
+        let n = free.len();
+        let mut columns = vec![vec![T::zero(); n]; 2 * n];
+        for i in 0..n {
+            problem.a().visit_row(i, &mut |j, a| columns[j][i] += a);
+            problem.b().visit_row(i, &mut |j, b| {
+                columns[n + j][i] -= b * problem.omega().entry(j);
+            });
+        }
+        let (_, [of_a, of_b]) = units(problem);
+        Self {
+            columns,
+            load: q.entries().iter().map(|&q| problem.q_factor() * q).collect(),
+            units: [of_a, of_b].concat(),
+            free: free.to_vec(),
+            begun: 0,
+            left: steps(n),
+            kept: 0,
+            at: None,
+        }
+    }
+
+    /// Begins a path or takes some steps on it, and overwrites `y` with the solution at its end;
+    /// returns whether steps are left, and paths.
+    pub(super) fn follow(&mut self, y: &mut [T]) -> bool {
+        if self.at.is_none() {
+            self.kept = self.left / 2;
+            let k = self.begun / 2;
+            self.at = if self.begun % 2 > 0 { self.double(k) } else { self.cover(k, y) };
+        }
+        for _ in 0..EXCHANGES {
+            self.left -= 1;
+            if self.left <= self.kept {
+                self.at = None;
+            }
+            let Some(vertex) = self.at.take() else { break };
+            self.at = self.step(vertex, y);
+        }
+        self.begun += usize::from(self.at.is_none());
+        self.left > 0 && self.begun < STARTS
     }
 
     /// Begins where all unknowns but one are positive, with columns that are independent: first
     /// with those of `BΩ`, then of `A`, and then with others. Overwrites `y` with the solution
     /// where `t` is not needed; there is no vertex then, or if the columns are singular.
-    fn cover(&self, q: &Rhs<'_, T>, begun: usize, y: &mut [T]) -> Option<Vertex<T>> {
+    fn cover(&self, begun: usize, y: &mut [T]) -> Option<Vertex<T>> {
         let n = y.len();
         let part = |i: usize| (GOLDEN * (begun * (i + 1)) as f64).fract();
-        let of_a = |i: usize| begun == 1 || begun > 1 && part(i) < 0.5;
-        let d = independent(&self.problem, &self.free, of_a)?;
-        let (mut cover, places) = (vec![T::zero(); n], (0..n).collect());
-        let mut columns = self.columns(&d, &cover, n, places);
-        let load = self.load(q);
-        let v = columns.solve(&load)?;
+        let d = self.independent(|i| begun == 1 || begun > 1 && part(i) < 0.5)?;
+        let mut basis = self.basis(&d, &[], n, (0..n).collect());
+        let v = basis.solve(&self.load)?;
         // With g = −M u, v grows by u with t. No two are the same, lest two become zero at once.
-        let (_, of_columns) = units(&self.problem);
         let u = |i: usize| {
-            if self.free[i] > T::zero() {
-                return T::zero();
-            }
-            let unit = of_columns[usize::from(d[i] < T::zero())][i];
-            unit * T::of(1.0 + (GOLDEN * (i + 1) as f64).fract())
+            let unit = self.units[of(d[i], i, n)];
+            let u = unit * T::of(1.0 + (GOLDEN * (i + 1) as f64).fract());
+            if self.is_free(i) { T::zero() } else { u }
         };
-        let bound = (0..n).filter(|&i| self.free[i] == T::zero());
         let u: Vec<T> = (0..n).map(u).collect();
         let part = |i: usize| (v[i] / u[i]).wide();
+        let bound = (0..n).filter(|&i| !self.is_free(i));
         let least = bound.min_by(|&i, &j| part(i).total_cmp(&part(j)));
         let Some(k) = least.filter(|&k| v[k] < T::zero()) else {
             self.recover(&d, &v, y);
             return None;
         };
-        for (i, g) in cover.iter_mut().enumerate() {
-            self.visit_columns(&d, i, &mut |j, a| *g -= a * u[j]);
+        let mut cover = vec![T::zero(); n];
+        for (j, &u) in u.iter().enumerate() {
+            let column = &self.columns[of(d[j], j, n)];
+            cover.iter_mut().zip(column).for_each(|(g, &a)| *g -= a * u);
         }
-        columns.exchange(k, &u);
-        Some(Vertex { d, cover, k, double: n, columns, load })
+        basis.exchange(k, &u);
+        Some(Vertex { d, cover, k, double: n, basis, load: self.load.clone() })
     }
 
-    /// Begins as Lemke and Howson do, from `z = 0`: with a z of `double` that makes `r` positive
-    /// where it depends on that, and then with the z of which `r` is zero, until none is negative.
-    /// Of games with positive costs two suffice; nothing is returned where `r` may become smaller.
-    fn double(&self, q: &Rhs<'_, T>, double: usize) -> Option<Vertex<T>> {
+    /// Begins from `z = 0` with a z of `double` that makes `r` positive where it depends on that,
+    /// and then with the z of which `r` is zero, until none is negative. Of games with positive
+    /// costs two suffice; nothing is returned where `r` may become smaller.
+    fn double(&self, double: usize) -> Option<Vertex<T>> {
         let n = self.free.len();
-        let of = |&free: &T| if free > T::zero() { T::one() } else { -T::one() };
-        let mut d: Vec<T> = self.free.iter().map(of).collect();
-        let mut columns = self.columns(&d, &[], n, (0..n).collect());
+        let of_b = |i: usize| if self.is_free(i) { T::one() } else { -T::one() };
+        let mut d: Vec<T> = (0..n).map(of_b).collect();
+        let mut basis = self.basis(&d, &[], n, (0..n).collect());
         // Lest two become zero at once.
-        let mut load = self.load(q);
-        for (i, q) in load.iter_mut().enumerate() {
-            *q += *q * T::epsilon().sqrt() * T::of((GOLDEN * (i + 1) as f64).fract());
-        }
-        let mut r = columns.solve(&load)?;
-        let (mut k, mut cover) = (double, vec![]);
+        let near = |i: usize| T::epsilon().sqrt() * T::of((GOLDEN * (i + 1) as f64).fract());
+        let load = self.load.iter().enumerate().map(|(i, &q)| q + q * near(i)).collect::<Vec<T>>();
+        let mut r = basis.solve(&load)?;
+        let mut k = double;
         while r.iter().any(|&r| r < T::zero()) {
             if *d.get(k)? > T::zero() {
                 return None;
             }
-            d[k] = T::one();
-            let column = self.column(&d, k);
-            let dr = columns.solve(&column)?;
+            let dr = basis.solve(&self.columns[k])?;
+            if k != double {
+                d[k] = T::one();
+            }
             let is_kept = |i: usize| i == double || d[i] < T::zero() || dr[i] == T::zero();
             if !(0..n).all(|i| dr[i] >= T::zero() && is_kept(i)) {
                 return None;
             }
-            let length = |&i: &usize| (-r[i] / dr[i]).wide();
+            let length = |i: usize| -r[i] / dr[i];
             let short = (0..n).filter(|&i| r[i] < T::zero() && dr[i] > T::zero());
-            let most = short.max_by(|i, j| length(i).total_cmp(&length(j)))?;
-            let by = -r[most] / dr[most];
+            k = short.max_by(|&i, &j| length(i).wide().total_cmp(&length(j).wide()))?;
+            let by = length(k);
             r.iter_mut().zip(&dr).for_each(|(r, &dr)| *r += by * dr);
-            r[most] = T::zero();
-            if k == double {
-                cover = column;
-            }
-            k = most;
+            r[k] = T::zero();
         }
-        d[double] = -T::one();
-        let columns = self.columns(&d, &cover, k, columns.places);
-        Some(Vertex { d, cover, k, double, columns, load })
-    }
-
-    /// The column of unknown `k` that is chosen.
-    fn column(&self, d: &[T], k: usize) -> Vec<T> {
-        let mut column = vec![T::zero(); d.len()];
-        for (i, entry) in column.iter_mut().enumerate() {
-            self.visit_columns(d, i, &mut |j, a| {
-                if j == k {
-                    *entry += a;
-                }
-            });
-        }
-        column
+        let cover = self.columns[double].clone();
+        let basis = self.basis(&d, &cover, k, basis.places);
+        Some(Vertex { d, cover, k, double, basis, load })
     }
 
     /// Takes a step to the next vertex; nothing is returned at the end, where `t` is 0 and `y` is
     /// overwritten with the solution, and where the path has none.
-    fn step_covered(&self, q: &Rhs<'_, T>, vertex: Vertex<T>, y: &mut [T]) -> Option<Vertex<T>> {
-        let Vertex { d, cover, k, double, mut columns, load } = vertex;
-        let mut next = d.clone();
-        next[k] = -d[k];
-        let column = self.column(&next, k);
-        let mut step = self.first(&mut columns, [&load, &column], k);
+    fn step(&self, vertex: Vertex<T>, y: &mut [T]) -> Option<Vertex<T>> {
+        let Vertex { mut d, cover, k, double, mut basis, load } = vertex;
+        let column = &self.columns[of(-d[k], k, d.len())];
+        let mut step = self.first(&mut basis, [&load, column], k);
         // What may be rounding is not to decide.
         let clear = T::epsilon().sqrt();
         let is_clear = |(_, dv, first): &Step<T>| -dv[*first] > clear * T::of(Norms::of(dv).linf);
-        let begun = columns.exchanged.len();
+        let begun = basis.exchanged.len();
         if begun >= EXCHANGES || begun > 0 && !step.as_ref().is_some_and(is_clear) {
-            columns = self.columns(&d, &cover, k, columns.places);
-            step = self.first(&mut columns, [&load, &column], k);
+            basis = self.basis(&d, &cover, k, basis.places);
+            step = self.first(&mut basis, [&load, column], k);
         }
-        let ((_, dv, first), mut d) = (step?, next);
-        if first == k || first == double {
-            let load = self.load(q);
-            let v = columns.solve(&load)?;
-            let length = v[first].max(T::zero()) / -dv[first];
-            let end = |(&v, &dv)| v + length * dv;
-            let mut end: Vec<T> = v.iter().zip(&dv).map(end).collect();
-            let t = std::mem::replace(&mut end[k], length);
-            if first != k {
-                (d[first], end[first]) = (-d[first], t);
-            }
-            // The columns alone, if they are regular, have what rounding has taken from a large t.
-            let mut columns = self.columns(&d, &cover, v.len(), columns.places);
-            self.recover(&d, &columns.solve(&load).unwrap_or(end), y);
-            return None;
+        let (_, dv, first) = step?;
+        d[k] = -d[k];
+        if first != k && first != double {
+            basis.exchange(first, &dv);
+            basis.places.swap(k, first);
+            return Some(Vertex { d, cover, k: first, double, basis, load });
         }
-        columns.exchange(first, &dv);
-        columns.places.swap(k, first);
-        Some(Vertex { d, cover, k: first, double, columns, load })
+        let v = basis.solve(&self.load)?;
+        let length = v[first].max(T::zero()) / -dv[first];
+        let mut end: Vec<T> = v.iter().zip(&dv).map(|(&v, &dv)| v + length * dv).collect();
+        let t = std::mem::replace(&mut end[k], length);
+        if first != k {
+            (d[first], end[first]) = (-d[first], t);
+        }
+        // The columns alone, if they are regular, have what rounding has taken from a large t.
+        let mut basis = self.basis(&d, &[], v.len(), basis.places);
+        self.recover(&d, &basis.solve(&self.load).unwrap_or(end), y);
+        None
     }
 
-    /// Returns `v`, how it grows with the unknown of a column, and the unknown that is zero first.
-    fn first(
-        &self,
-        columns: &mut Columns<T>,
-        [load, column]: [&[T]; 2],
-        k: usize,
-    ) -> Option<Step<T>> {
-        let (v, dv) = (columns.solve(load)?, columns.solve(column)?);
-        let falls = |i: &usize| self.free[*i] == T::zero() && dv[*i] < T::zero();
+    /// Returns `v`, how it grows with the unknown of a column, and the unknown that is zero first;
+    /// nothing if none falls.
+    fn first(&self, basis: &mut Basis<T>, [load, column]: [&[T]; 2], k: usize) -> Option<Step<T>> {
+        let (v, dv) = (basis.solve(load)?, basis.solve(column)?);
+        let falls = |i: &usize| !self.is_free(*i) && dv[*i] < T::zero();
         let length = |i: usize| v[i].max(T::zero()) / -dv[i];
         // Of equal ones t, which is the k-th.
         let first = if falls(&k) { Some(k) } else { None };
@@ -263,103 +275,84 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         Some((v, dv, first))
     }
 
-    /// The entries of row `i` of the columns that are chosen.
-    fn visit_columns(&self, d: &[T], i: usize, each: &mut dyn FnMut(usize, T)) {
-        let (a, b, omega) = (self.problem.a(), self.problem.b(), self.problem.omega());
-        let mut some = |is_chosen: bool, j: usize, a: T| {
-            if is_chosen {
-                each(j, a);
-            }
-        };
-        a.visit_row(i, &mut |j, a| some(d[j] > T::zero(), j, a));
-        b.visit_row(i, &mut |j, b| some(d[j] < T::zero(), j, -(b * omega.entry(j))));
-    }
-
-    /// Factorises the columns at a vertex, in these places.
-    fn columns(&self, d: &[T], cover: &[T], k: usize, places: Vec<usize>) -> Columns<T> {
+    /// Factorises the columns that are chosen, in these places, with `g` for that of unknown `k`.
+    fn basis(&self, d: &[T], cover: &[T], k: usize, places: Vec<usize>) -> Basis<T> {
         let n = d.len();
         let row = |i: usize, each: &mut dyn FnMut(usize, T)| {
-            self.visit_columns(d, i, &mut |j, a| {
-                if j != k {
-                    each(places[j], a);
-                }
-            });
-            if k < n {
-                each(places[k], cover[i]);
+            for j in 0..n {
+                let column = if j == k { cover } else { &self.columns[of(d[j], j, n)] };
+                each(places[j], column[i]);
             }
         };
         let mut factors = Full::new();
         factors.factorise(n, row);
-        Columns { factors, places, exchanged: vec![] }
+        Basis { factors, places, exchanged: vec![] }
     }
 
-    /// γq.
-    fn load(&self, q: &Rhs<'_, T>) -> Vec<T> {
-        q.entries().iter().map(|&q| self.problem.q_factor() * q).collect()
+    /// Chooses columns that are independent: of `A` for free unknowns, and for the others of `A`
+    /// where that is wanted and else of `BΩ`, but the other one where these depend on those before.
+    /// Returns 1 for those of `A` and −1 for those of `BΩ`; nothing if that leaves some that depend
+    /// on others. Takes about n³ multiplications.
+    fn independent(&self, of_a: impl Fn(usize) -> bool) -> Option<Vec<T>> {
+        let n = self.free.len();
+        let wide = |column: &Vec<T>| column.iter().map(|a| a.wide()).collect();
+        let mut columns: Vec<Vec<f64>> = self.columns.iter().map(wide).collect();
+        let (first, bound): (Vec<usize>, Vec<_>) = (0..n).partition(|&j| self.is_free(j));
+        let side = |&j: &usize, is_other: bool| if of_a(j) == is_other { n + j } else { j };
+        let order = first
+            .into_iter()
+            .chain(bound.iter().map(|j| side(j, false)))
+            .chain(bound.iter().map(|j| side(j, true)));
+        let mut d = vec![T::zero(); n];
+        // Gauss's elimination, by columns: a column that is taken has a row, and parts of it that
+        // take that row from those to come.
+        let mut taken: Vec<(usize, Vec<f64>)> = vec![];
+        let mut is_open = vec![true; n];
+        for at in order {
+            if d[at % n] != T::zero() {
+                continue;
+            }
+            let column = &mut columns[at];
+            let largest = |column: &[f64], of: &dyn Fn(usize) -> bool| {
+                (0..n).filter(|&i| of(i)).fold((0, 0.0), |(row, most): (usize, f64), i| {
+                    if column[i].abs() > most { (i, column[i].abs()) } else { (row, most) }
+                })
+            };
+            let (_, size) = largest(column, &|_| true);
+            for (row, parts) in &taken {
+                let by = column[*row];
+                if by != 0.0 {
+                    column.iter_mut().zip(parts).for_each(|(a, part)| *a -= by * part);
+                }
+            }
+            let (row, left) = largest(column, &|i| is_open[i]);
+            if left > DEPENDS * size {
+                is_open[row] = false;
+                let part =
+                    |(&a, &is_open): (&f64, &bool)| if is_open { a / column[row] } else { 0.0 };
+                taken.push((row, column.iter().zip(&is_open).map(part).collect()));
+                d[at % n] = if at < n { T::one() } else { -T::one() };
+            }
+        }
+        d.iter().all(|&d| d != T::zero()).then_some(d)
     }
 
     /// Overwrites `y` with the `x` of which `v` has the parts.
     fn recover(&self, d: &[T], v: &[T], y: &mut [T]) {
         for (i, y) in y.iter_mut().enumerate() {
-            let x = if self.free[i] > T::zero() { v[i] } else { d[i] * v[i].max(T::zero()) };
+            let x = if self.is_free(i) { v[i] } else { d[i] * v[i].max(T::zero()) };
             *y = of_column(x / T::of(2.0), self.free[i]);
         }
     }
+
+    fn is_free(&self, i: usize) -> bool {
+        self.free[i] > T::zero()
+    }
 }
 
-/// Chooses columns that are independent: of `A` for free unknowns, and for the others of `A` where
-/// that is wanted and else of `BΩ`, but the other one where these depend on those before. Returns 1
-/// for those of `A` and −1 for those of `BΩ`; nothing if that leaves some that depend on others.
-/// Takes about n³ multiplications.
-fn independent<T: Scalar, A: Rows<T>, B: Rows<T>>(
-    problem: &Hlcp<T, A, B>,
-    free: &[T],
-    of_a: impl Fn(usize) -> bool,
-) -> Option<Vec<T>> {
-    let n = free.len();
-    let mut columns = vec![vec![0.0; n]; 2 * n];
-    let mut add = |at: usize, i: usize, a: T| columns[at][i] += a.wide();
-    for i in 0..n {
-        problem.a().visit_row(i, &mut |j, a| add(j, i, a));
-        problem.b().visit_row(i, &mut |j, b| add(n + j, i, b));
-    }
-    let (first, bound): (Vec<usize>, Vec<_>) = (0..n).partition(|&j| free[j] > T::zero());
-    let side = |&j: &usize, is_other: bool| if of_a(j) == is_other { n + j } else { j };
-    let order = first
-        .into_iter()
-        .chain(bound.iter().map(|j| side(j, false)))
-        .chain(bound.iter().map(|j| side(j, true)));
-    let mut d = vec![T::zero(); n];
-    // Gauss's elimination, by columns: a column that is taken has a row, and parts of it that take
-    // that row from those to come.
-    let mut taken: Vec<(usize, Vec<f64>)> = vec![];
-    let mut is_open = vec![true; n];
-    for at in order {
-        if d[at % n] != T::zero() {
-            continue;
-        }
-        let column = &mut columns[at];
-        let largest = |column: &[f64], of: &dyn Fn(usize) -> bool| {
-            (0..n).filter(|&i| of(i)).fold((0, 0.0), |(row, most): (usize, f64), i| {
-                if column[i].abs() > most { (i, column[i].abs()) } else { (row, most) }
-            })
-        };
-        let (_, size) = largest(column, &|_| true);
-        for (row, parts) in &taken {
-            let by = column[*row];
-            if by != 0.0 {
-                column.iter_mut().zip(parts).for_each(|(a, part)| *a -= by * part);
-            }
-        }
-        let (row, left) = largest(column, &|i| is_open[i]);
-        if left > DEPENDS * size {
-            is_open[row] = false;
-            let part = |(&a, &is_open): (&f64, &bool)| if is_open { a / column[row] } else { 0.0 };
-            taken.push((row, column.iter().zip(&is_open).map(part).collect()));
-            d[at % n] = if at < n { T::one() } else { -T::one() };
-        }
-    }
-    d.iter().all(|&d| d != T::zero()).then_some(d)
+/// Returns the place of the column that `d` chooses for unknown `i` of `n`.
+fn of<T: Scalar>(d: T, i: usize, n: usize) -> usize {
+    if d > T::zero() { i } else { n + i }
 }
 
 #[cfg(test)]
@@ -369,7 +362,7 @@ mod tests {
     use proptest::{collection::vec, prelude::*};
 
     use super::*;
-    use crate::{Limits, Solver, method::measure, testing::csr};
+    use crate::{Limits, Pivoting, Solver, method::measure, testing::csr};
 
     /// Goes the path from `x = 0` to its end; returns what is left of the residual, as a part of
     /// ‖q‖, and the vertices.
@@ -378,10 +371,11 @@ mod tests {
         let pivoting = Pivoting::new(Hlcp::new(a, b, Omega::Uniform(1.0)).unwrap()).unwrap();
         let q = Rhs::new(q).unwrap();
         let (mut x, mut vertices) = (vec![0.0; n], 0);
-        let mut vertex = pivoting.cover(&q, 0, &mut x);
+        let paths = Paths::new(&pivoting.problem, &q, &pivoting.free);
+        let mut vertex = paths.cover(0, &mut x);
         while let Some(at) = vertex {
             vertices += 1;
-            vertex = pivoting.step_covered(&q, at, &mut x);
+            vertex = paths.step(at, &mut x);
         }
         let (mut f, mut scratch) = (vec![0.0; n], vec![0.0; 2 * n]);
         let norms = measure(&pivoting.problem, &q, &x, &mut f, &mut scratch);
@@ -487,7 +481,9 @@ mod tests {
             }
             let a = DMatrix::identity(n, n);
             let problem = Hlcp::new(sparse(&a), sparse(&b), Omega::Uniform(1.0)).unwrap();
-            let d = independent(&problem, &vec![0.0; n], |_| false).unwrap();
+            let q = vec![1.0; n];
+            let paths = Paths::new(&problem, &Rhs::new(&q).unwrap(), &vec![0.0; n]);
+            let d = paths.independent(|_| false).unwrap();
             let mut chosen = b.clone();
             for j in (0..n).filter(|&j| d[j] > 0.0) {
                 chosen.set_column(j, &a.column(j));

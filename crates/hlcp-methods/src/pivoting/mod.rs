@@ -9,7 +9,7 @@ use crate::{
     monitor::ROUNDING,
     safeguard::ROUGH,
 };
-use covered::Covered;
+use covered::{Paths, steps};
 use factors::{Factors, worth};
 use full::Full;
 use inside::Interior;
@@ -176,7 +176,7 @@ pub struct Pivoting<T, A, B> {
     /// that, so that it is free; 0 of others.
     free: Vec<T>,
     interior: Option<Interior<T>>,
-    covered: Option<Covered<T>>,
+    paths: Option<Paths<T>>,
     f: Vec<T>,
     scratch: Vec<T>,
     steps: usize,
@@ -263,7 +263,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             whole: if a_couples_more(&problem) { T::one() } else { -T::one() },
             free,
             interior: None,
-            covered: None,
+            paths: None,
             f: zeros(),
             scratch: vec![T::zero(); 2 * n],
             steps: 0,
@@ -445,7 +445,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
 
     fn restart(&mut self) {
         (self.fewest, self.steps) = (usize::MAX, 0);
-        (self.interior, self.covered, self.way) = (None, None, Way::Start);
+        (self.interior, self.paths, self.way) = (None, None, Way::Start);
     }
 
     fn has_memory(&self) -> bool {
@@ -456,7 +456,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
     fn turn(&mut self, end: Status) -> bool {
         let has_begun = self.fewest == usize::MAX && self.way < Way::Over;
         let covers = !has_begun && self.interior.is_none();
-        let is_over = self.way == Way::End || covers && worth(&self.problem) == usize::MAX;
+        let n = self.problem.order();
+        let is_over = self.way == Way::End || covers && steps(n) < n;
         if end != Status::Stagnated || is_over {
             return false;
         }
@@ -482,12 +483,11 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
             return norms;
         }
         if self.way == Way::Covered {
-            let covered = self.covered.take().unwrap_or_else(Covered::new);
-            self.covered = self.follow(q, covered, y);
-            self.steps += 1;
-            if self.covered.is_none() {
+            let paths = || Paths::new(&self.problem, q, &self.free);
+            if !self.paths.get_or_insert_with(paths).follow(y) {
                 self.way = Way::End;
             }
+            self.steps += 1;
             return norms;
         }
         if let Some(inside) = self.interior.take() {
