@@ -488,6 +488,10 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
                 self.way = Way::End;
             }
             self.steps += 1;
+            let led = self.residual(q, y).expect("it is measured").l2;
+            if led.is_nan() || led >= norms.l2 {
+                y.copy_from_slice(x);
+            }
             return norms;
         }
         if let Some(inside) = self.interior.take() {
