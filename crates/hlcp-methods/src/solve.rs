@@ -61,8 +61,8 @@ impl<T> fmt::Display for Solution<T> {
 /// What [`LinearOperator::check`](hlcp_core::LinearOperator::check) of `a` or `b` refuses, as a
 /// matrix that is not square; [`Error::Order`] when `b` or `q` does not fit `a`;
 /// [`Error::NotPositive`] for the first diagonal entry of `b` that is negative where that of `a` is
-/// not; [`Error::NotFinite`] for the first entry that is NaN or infinite. An iteration that does not
-/// converge is no error: read `outcome`.
+/// not; [`Error::NotFinite`] for the first entry that is NaN or infinite. An iteration that does
+/// not converge is no error: read `outcome`.
 ///
 /// # Cost
 ///

@@ -1,9 +1,9 @@
 //! Matrices and vectors in Matrix Market files, read by a reader that believes nothing.
 //!
 //! What a header declares is checked against the file's length before anything is allocated, and
-//! every entry against the header. Read are `coordinate` matrices, `real` or `integer`, `general`,
-//! `symmetric` or `skew-symmetric`; vectors in the `array` or `coordinate` format, as a column or a
-//! row, or as plain numbers, one a line.
+//! every entry against the header. Read are matrices in the `coordinate` or `array` format, `real`
+//! or `integer`, `general`, `symmetric` or `skew-symmetric`; vectors in the same formats, as a
+//! column or a row, or as plain numbers, one a line.
 
 use std::{
     any::type_name,
@@ -50,38 +50,56 @@ pub fn read_matrix<T: Scalar>(path: impl AsRef<Path>) -> Result<Csr<'static, T>,
     let lowered = kind_of(banner);
     lines.is_whole = lowered.contains("integer");
     // What entries below the diagonal are multiplied by above it.
-    let mirrored = match lowered.split_whitespace().collect::<Vec<_>>()[..] {
+    let (is_array, mirrored) = match lowered.split_whitespace().collect::<Vec<_>>()[..] {
         [
             "%%matrixmarket",
             "matrix",
-            "coordinate",
+            format @ ("coordinate" | "array"),
             "real" | "integer",
             symmetry @ ("general" | "symmetric" | "skew-symmetric"),
-        ] => match symmetry {
-            "general" => None,
-            "symmetric" => Some(T::one()),
-            _ => Some(-T::one()),
-        },
-        ref words => {
-            let hint = if words.get(2) == Some(&"array") {
-                "; write a dense matrix as a sparse one, in SciPy mmwrite(path, csr_matrix(A))"
-            } else {
-                ""
+        ] => {
+            let mirrored = match symmetry {
+                "general" => None,
+                "symmetric" => Some(T::one()),
+                _ => Some(-T::one()),
             };
+            (format == "array", mirrored)
+        }
+        _ => {
             return Err(lines.fault(format!(
-                "'{}' is not '%%MatrixMarket matrix coordinate real|integer general|symmetric|skew-symmetric'{hint}",
+                "'{}' is not '%%MatrixMarket matrix coordinate|array real|integer general|symmetric|skew-symmetric'",
                 excerpt(banner)
             )));
         }
     };
     let sizes = lines.expect_data(|| "the sizes".into())?;
     let mut sizes = sizes.split_whitespace();
-    let [rows, columns, entries] = lines.numbers(&mut sizes, "rows columns entries")?;
+    let wanted = if is_array { "rows columns" } else { "rows columns entries" };
+    let [rows, columns] = lines.numbers(&mut sizes, wanted)?;
+    let [declared] = if is_array { [0] } else { lines.numbers(&mut sizes, wanted)? };
     lines.no_more(&mut sizes)?;
     if rows != columns || rows == 0 {
         return Err(lines.fault(format!("{rows} × {columns} is not a square matrix")));
     }
-    lines.holds(entries, 6)?;
+    // Columns of an array have their rows from this one on.
+    let top = |j: usize| match mirrored {
+        None => 1,
+        Some(factor) => {
+            if factor > T::zero() {
+                j
+            } else {
+                j + 1
+            }
+        }
+    };
+    let entries = if !is_array {
+        declared
+    } else if mirrored.is_some() {
+        rows.saturating_mul(rows.saturating_add(3) - 2 * top(1)) / 2
+    } else {
+        rows.saturating_mul(rows)
+    };
+    lines.holds(entries, if is_array { 2 } else { 6 })?;
     if entries > u32::MAX as usize / 2 {
         return Err(lines.fault(format!("{entries} entries are more than are read, 2³¹")));
     }
@@ -90,16 +108,28 @@ pub fn read_matrix<T: Scalar>(path: impl AsRef<Path>) -> Result<Csr<'static, T>,
         return Err(lines.fault(format!("{rows} rows have {most} entries, but each needs one")));
     }
     let mut triplets = Vec::with_capacity(most);
+    let mut next = (top(1), 1);
     for k in 0..entries {
-        let (i, j, value) = match lines.entry() {
+        let found = if is_array { None } else { lines.entry() };
+        let (i, j, value) = match found {
             Some((i, j, value)) => (i, j, lines.finite(value)?),
             None => {
                 let line = lines.expect_data(|| format!("entry {} of {entries}", k + 1))?;
                 let mut words = line.split_whitespace();
-                let [i, j] = lines.numbers(&mut words, "row column value")?;
+                let [i, j] = if is_array {
+                    [next.0, next.1]
+                } else {
+                    lines.numbers(&mut words, "row column value")?
+                };
                 (i, j, lines.value(&mut words)?)
             }
         };
+        if is_array {
+            next = if i < rows { (i + 1, j) } else { (top(j + 1), j + 1) };
+            if value == T::zero() && i != j {
+                continue;
+            }
+        }
         if !(1..=rows).contains(&i) || !(1..=rows).contains(&j) {
             return Err(lines.fault(format!("entry ({i}, {j}) is outside 1..={rows}")));
         }

@@ -79,8 +79,8 @@ pub(crate) struct Arguments {
     /// The factor τ of Ω = τ D_A D_B⁻¹, which scales r in the modulus variable
     #[arg(long, help_heading = METHOD, default_value_t = 1.0, allow_hyphen_values = true)]
     pub(crate) tau: f64,
-    /// All entries of Ω, in the place of τ D_A D_B⁻¹; 1 will do for PIVOTING and AUTO where
-    /// diagonals are negative
+    /// All entries of Ω, in the place of τ D_A D_B⁻¹; 1 will do for PIVOTING and AUTO where the
+    /// diagonal of B is negative
     #[arg(long, help_heading = METHOD, conflicts_with = "tau", allow_hyphen_values = true)]
     pub(crate) omega: Option<f64>,
     /// The scale γ of the modulus variable

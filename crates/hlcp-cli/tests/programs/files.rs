@@ -125,6 +125,15 @@ fn what_a_matrix_may_look_like() {
     // As SciPy writes the matrices of linear programs, and those of unsigned entries.
     let skew = "%%MatrixMarket matrix coordinate real skew-symmetric\n2 2 1\n2 1 0.5\n";
     assert_eq!(read(skew), [(0, 1, -0.5), (1, 0, 0.5)]);
+    // As SciPy writes arrays, by columns: those of all rows, from the diagonal on, or below it.
+    let array = |text: &str| read(&format!("%%MatrixMarket matrix array {text}\n"));
+    let of_three = [(0, 0, 1.0), (0, 1, 4.0), (1, 0, 2.0), (1, 1, 0.0), (2, 1, 6.0), (2, 2, 9.0)];
+    assert_eq!(array("real general\n3 3\n1\n2\n0\n4\n0\n6\n0\n0\n9"), of_three);
+    let lower =
+        [(0, 0, 1.0), (0, 2, 3.0), (1, 1, 4.0), (1, 2, 5.0), (2, 0, 3.0), (2, 1, 5.0), (2, 2, 6.0)];
+    assert_eq!(array("integer symmetric\n3 3\n1\n0\n3\n4\n5\n6"), lower);
+    let below = [(0, 1, -1.0), (0, 2, -2.0), (1, 0, 1.0), (1, 2, -3.0), (2, 0, 2.0), (2, 1, 3.0)];
+    assert_eq!(array("real skew-symmetric\n3 3\n1\n2\n3"), below);
     let unsigned =
         "%%MatrixMarket matrix coordinate unsigned-integer general\n2 2 2\n1 1 4\n2 2 3\n";
     assert_eq!(read(unsigned), [(0, 0, 4.0), (1, 1, 3.0)]);
@@ -179,7 +188,7 @@ const BAD: [(&str, &str); 8] = [
      "line 3: 1e-9 is not a whole number"),
     ("coordinate pattern general\n2 2 2\n1 1\n2 2\n", "is not"),
     ("coordinate complex general\n2 2 2\n1 1 1 0\n2 2 1 0\n", "is not"),
-    ("array real general\n2 2\n1\n0\n0\n1\n", "; write a dense matrix as"),
+    ("array real general\n2 2\n1\n0\n0\n", "entry 4 of 4"),
     ("coordinate real symmetric\n2 2 3\n1 1 1\n2 2 1\n1 2 2\n", "above the diagonal"),
     ("coordinate real skew-symmetric\n2 2 2\n2 1 1\n2 2 1\n", "is on the diagonal"),
 ];

@@ -31,10 +31,11 @@ fn cases(of_gate: u32) -> ProptestConfig {
     ProptestConfig { failure_persistence: None, max_shrink_time: 60_000, ..config }
 }
 
-const MARKET: [&str; 7] = [
+const MARKET: [&str; 8] = [
     "%%MatrixMarket matrix coordinate real general\n% note\n3 3 5\n1 1 4\n2 2 3.5\n3 3 1e1\n1 3 -0.5\n3 1 -1\n",
     "%%MatrixMarket matrix coordinate integer symmetric\n2 2 3\n1 1 4\n2 1 -1\n2 2 3\n",
     "%%MatrixMarket matrix array real general\n3 1\n1\n-2.5e-3\n3\n",
+    "%%MatrixMarket matrix array real symmetric\n2 2\n4\n-1\n3\n",
     "%%MatrixMarket matrix array integer general\n1 4\n1\n2\n3\n4\n",
     "%%MatrixMarket matrix coordinate real general\n4 1 2\n4 1 -2\n1 1 1.5\n",
     "%%MatrixMarket matrix coordinate real general\n1 3 2\n1 3 -2\n1 1 1.5\n",
