@@ -82,22 +82,11 @@ pub fn read_matrix<T: Scalar>(path: impl AsRef<Path>) -> Result<Csr<'static, T>,
         return Err(lines.fault(format!("{rows} × {columns} is not a square matrix")));
     }
     // Columns of an array have their rows from this one on.
-    let top = |j: usize| match mirrored {
-        None => 1,
-        Some(factor) => {
-            if factor > T::zero() {
-                j
-            } else {
-                j + 1
-            }
-        }
-    };
-    let entries = if !is_array {
-        declared
-    } else if mirrored.is_some() {
-        rows.saturating_mul(rows.saturating_add(3) - 2 * top(1)) / 2
-    } else {
-        rows.saturating_mul(rows)
+    let top = |j: usize| mirrored.map_or(1, |factor| j + usize::from(factor < T::zero()));
+    let entries = match mirrored {
+        _ if !is_array => declared,
+        None => rows.saturating_mul(rows),
+        Some(_) => rows.saturating_mul(rows.saturating_add(3) - 2 * top(1)) / 2,
     };
     lines.holds(entries, if is_array { 2 } else { 6 })?;
     if entries > u32::MAX as usize / 2 {
@@ -108,7 +97,7 @@ pub fn read_matrix<T: Scalar>(path: impl AsRef<Path>) -> Result<Csr<'static, T>,
         return Err(lines.fault(format!("{rows} rows have {most} entries, but each needs one")));
     }
     let mut triplets = Vec::with_capacity(most);
-    let mut next = (top(1), 1);
+    let mut next = [top(1), 1];
     for k in 0..entries {
         let found = if is_array { None } else { lines.entry() };
         let (i, j, value) = match found {
@@ -116,16 +105,13 @@ pub fn read_matrix<T: Scalar>(path: impl AsRef<Path>) -> Result<Csr<'static, T>,
             None => {
                 let line = lines.expect_data(|| format!("entry {} of {entries}", k + 1))?;
                 let mut words = line.split_whitespace();
-                let [i, j] = if is_array {
-                    [next.0, next.1]
-                } else {
-                    lines.numbers(&mut words, "row column value")?
-                };
+                let [i, j] =
+                    if is_array { next } else { lines.numbers(&mut words, "row column value")? };
                 (i, j, lines.value(&mut words)?)
             }
         };
         if is_array {
-            next = if i < rows { (i + 1, j) } else { (top(j + 1), j + 1) };
+            next = if i < rows { [i + 1, j] } else { [top(j + 1), j + 1] };
             if value == T::zero() && i != j {
                 continue;
             }
