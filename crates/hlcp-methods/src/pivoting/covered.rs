@@ -82,8 +82,8 @@ struct Basis<T> {
     exchanged: Vec<(usize, Vec<T>)>,
 }
 
-/// The unknowns at a vertex, how they grow with the next one, and the first that falls to zero.
-type Step<T> = (Vec<T>, Vec<T>, usize);
+/// How the unknowns at a vertex grow with the next one, and the first that falls to zero.
+type Step<T> = (Vec<T>, usize);
 
 impl<T: Scalar> Basis<T> {
     /// Returns −M⁻¹ times a right-hand side; nothing if it is not finite.
@@ -159,9 +159,14 @@ impl<T: Scalar> Paths<T> {
     fn cover(&self, begun: usize, y: &mut [T]) -> Option<Vertex<T>> {
         let n = y.len();
         let part = |i: usize| (GOLDEN * (begun * (i + 1)) as f64).fract();
-        let d = self.independent(|i| begun == 1 || begun > 1 && part(i) < 0.5)?;
-        let mut basis = self.basis(&d, &[], n, (0..n).collect());
-        let v = basis.solve(&self.load)?;
+        let of_a = |i: usize| self.is_free(i) || begun == 1 || begun > 1 && part(i) < 0.5;
+        let begin = |d: Vec<T>| {
+            let mut basis = self.basis(&d, &[], n, (0..n).collect());
+            let v = basis.solve(&self.load).filter(|_| !basis.factors.is_singular())?;
+            Some((d, basis, v))
+        };
+        let wanted = (0..n).map(|i| if of_a(i) { T::one() } else { -T::one() }).collect();
+        let (d, mut basis, v) = begin(wanted).or_else(|| begin(self.independent(of_a)?))?;
         // With g = −M u, v grows by u with t. No two are the same, lest two become zero at once.
         let u = |i: usize| {
             let unit = self.units[of(d[i], i, n)];
@@ -227,13 +232,13 @@ impl<T: Scalar> Paths<T> {
         let mut step = self.first(&mut basis, [&load, column], k);
         // What may be rounding is not to decide.
         let clear = T::epsilon().sqrt();
-        let is_clear = |(_, dv, first): &Step<T>| -dv[*first] > clear * T::of(Norms::of(dv).linf);
+        let is_clear = |(dv, first): &Step<T>| -dv[*first] > clear * T::of(Norms::of(dv).linf);
         let begun = basis.exchanged.len();
         if begun >= EXCHANGES || begun > 0 && !step.as_ref().is_some_and(is_clear) {
             basis = self.basis(&d, &cover, k, basis.places);
             step = self.first(&mut basis, [&load, column], k);
         }
-        let (_, dv, first) = step?;
+        let (dv, first) = step?;
         d[k] = -d[k];
         if first != k {
             basis.exchange(first, &dv);
@@ -250,8 +255,8 @@ impl<T: Scalar> Paths<T> {
         None
     }
 
-    /// Returns `v`, how it grows with the unknown of a column, and the unknown that is zero first;
-    /// nothing if none falls.
+    /// Returns how the unknowns grow with that of a column, and the one that is zero first; nothing
+    /// if none falls.
     fn first(&self, basis: &mut Basis<T>, [load, column]: [&[T]; 2], k: usize) -> Option<Step<T>> {
         let (v, dv) = (basis.solve(load)?, basis.solve(column)?);
         let falls = |i: &usize| !self.is_free(*i) && dv[*i] < T::zero();
@@ -262,7 +267,7 @@ impl<T: Scalar> Paths<T> {
             Some(first) if length(first) <= length(i) => Some(first),
             _ => Some(i),
         })?;
-        Some((v, dv, first))
+        Some((dv, first))
     }
 
     /// Factorises the columns that are chosen, in these places, with `g` for that of unknown `k`.
