@@ -192,6 +192,9 @@ impl<T: Scalar> Paths<T> {
     /// costs two suffice; nothing is returned where `r` may become smaller.
     fn double(&self, double: usize) -> Option<Vertex<T>> {
         let n = self.free.len();
+        if double >= n {
+            return None;
+        }
         let of_b = |i: usize| if self.is_free(i) { T::one() } else { -T::one() };
         let mut d: Vec<T> = (0..n).map(of_b).collect();
         let mut basis = self.basis(&d, &[], n, (0..n).collect());
@@ -201,7 +204,7 @@ impl<T: Scalar> Paths<T> {
         let mut r = basis.solve(&load)?;
         let mut k = double;
         while r.iter().any(|&r| r < T::zero()) {
-            if *d.get(k)? > T::zero() {
+            if d[k] > T::zero() {
                 return None;
             }
             let dr = basis.solve(&self.column(k))?;
@@ -510,6 +513,21 @@ mod tests {
             prop_assert!(values.min() > 1e-9 * values.max(), "{values}");
             let rank = b.singular_values().iter().filter(|&&value| value > 1e-9).count();
             prop_assert_eq!(d.iter().filter(|&&d| d < 0.0).count(), rank);
+        }
+    }
+
+    /// No path finds a solution where there is none, or begins from unknowns beyond the last.
+    #[test]
+    fn all_paths_come_to_an_end_without_a_solution() {
+        for (n, sign) in [(1, -1.0), (2, -1.0), (3, -1.0), (2, 1.0)] {
+            let a = DMatrix::from_element(n, n, -1.0);
+            let problem =
+                Hlcp::new(sparse(&a), Identity { order: n }, Omega::Uniform(1.0)).unwrap();
+            let (load, free, mut x) = (vec![sign; n], vec![0.0; n], vec![0.0; n]);
+            let mut paths = Paths::new(&problem, &Rhs::new(&load).unwrap(), &free);
+            while paths.follow(&mut x) {}
+            assert!(paths.begun == STARTS || paths.left == 0);
+            assert!(sign > 0.0 || x == vec![0.0; n], "{x:?}");
         }
     }
 
