@@ -9,15 +9,15 @@ use crate::{
     monitor::ROUNDING,
     safeguard::ROUGH,
 };
-use covered::{Paths, steps};
 use factors::{Factors, worth};
 use full::Full;
 use inside::Interior;
+use paths::{Paths, steps};
 
-mod covered;
 mod factors;
 mod full;
 mod inside;
+mod paths;
 
 /// Steps that may change signs while they do not leave three quarters of the fewest wrong
 /// ones: before steps inside, and after them or where few are wrong, of so many. A front that has
@@ -265,7 +265,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             fewest: usize::MAX,
             patience: 0,
             way: Way::Start,
-            whole: if a_couples_more(&problem) { T::one() } else { -T::one() },
+            whole: side(a_couples_more(&problem)),
             free,
             interior: None,
             paths: None,
@@ -366,9 +366,14 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
     }
 }
 
+/// Returns the d of a column of A, or else of −BΩ.
+fn side<T: Scalar>(is_of_a: bool) -> T {
+    if is_of_a { T::one() } else { -T::one() }
+}
+
 /// Returns the d of the column that `x` is of.
 fn sign<T: Scalar>(x: T) -> T {
-    if x >= T::zero() { T::one() } else { -T::one() }
+    side(x >= T::zero())
 }
 
 /// Returns whether `x` is of the other column than d chooses, and not free.

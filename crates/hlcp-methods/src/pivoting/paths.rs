@@ -20,7 +20,7 @@
 
 use hlcp_core::{Hlcp, Norms, Rhs, Rows, Scalar};
 
-use super::{Full, inside::units, of_column};
+use super::{Full, inside::units, of_column, side};
 
 /// A column of which less than this part is left by others depends on them.
 const DEPENDS: f64 = 1e-11;
@@ -48,7 +48,7 @@ pub(super) struct Paths<T> {
     /// The rows of A, each followed by that of −BΩ, and γq.
     rows: Vec<Vec<T>>,
     load: Vec<T>,
-    /// The units of the unknowns that belong to these; none of free ones.
+    /// The units of z, and then of r, in which the columns have about one sum.
     units: Vec<T>,
     free: Vec<T>,
     /// The paths that were begun before, and the steps that are left for all and that this one,
@@ -165,7 +165,7 @@ impl<T: Scalar> Paths<T> {
             let v = basis.solve(&self.load).filter(|_| !basis.factors.is_singular())?;
             Some((d, basis, v))
         };
-        let wanted = (0..n).map(|i| if of_a(i) { T::one() } else { -T::one() }).collect();
+        let wanted = (0..n).map(|i| side(of_a(i))).collect();
         let (d, mut basis, v) = begin(wanted).or_else(|| begin(self.independent(of_a)?))?;
         // With g = −M u, v grows by u with t. No two are the same, lest two become zero at once.
         let u = |i: usize| {
@@ -195,11 +195,10 @@ impl<T: Scalar> Paths<T> {
         if double >= n {
             return None;
         }
-        let of_b = |i: usize| if self.is_free(i) { T::one() } else { -T::one() };
-        let mut d: Vec<T> = (0..n).map(of_b).collect();
+        let mut d: Vec<T> = (0..n).map(|i| side(self.is_free(i))).collect();
         let mut basis = self.basis(&d, &[], n, (0..n).collect());
-        // Lest two become zero at once.
-        let near = |i: usize| T::epsilon().sqrt() * T::of((GOLDEN * (i + 1) as f64).fract());
+        // Lest two become zero at once: the sines of whole numbers have no relations.
+        let near = |i: usize| T::epsilon().sqrt() * T::of(((i + 1) as f64).sin());
         let load = self.load.iter().enumerate().map(|(i, &q)| q + q * near(i)).collect::<Vec<T>>();
         let mut r = basis.solve(&load)?;
         let mut k = double;
@@ -293,11 +292,11 @@ impl<T: Scalar> Paths<T> {
     fn independent(&self, of_a: impl Fn(usize) -> bool) -> Option<Vec<T>> {
         let n = self.free.len();
         let (first, bound): (Vec<usize>, Vec<_>) = (0..n).partition(|&j| self.is_free(j));
-        let side = |&j: &usize, is_other: bool| if of_a(j) == is_other { n + j } else { j };
+        let place = |&j: &usize, is_other: bool| if of_a(j) == is_other { n + j } else { j };
         let order = first
             .into_iter()
-            .chain(bound.iter().map(|j| side(j, false)))
-            .chain(bound.iter().map(|j| side(j, true)));
+            .chain(bound.iter().map(|j| place(j, false)))
+            .chain(bound.iter().map(|j| place(j, true)));
         let mut d = vec![T::zero(); n];
         // Gauss's elimination, by columns: a column that is taken has a row, and parts of it that
         // take that row from those to come.
@@ -326,7 +325,7 @@ impl<T: Scalar> Paths<T> {
                 let part =
                     |(&a, &is_open): (&f64, &bool)| if is_open { a / column[row] } else { 0.0 };
                 taken.push((row, column.iter().zip(&is_open).map(part).collect()));
-                d[at % n] = if at < n { T::one() } else { -T::one() };
+                d[at % n] = side(at < n);
             }
         }
         d.iter().all(|&d| d != T::zero()).then_some(d)
