@@ -215,7 +215,8 @@ pub enum Error {
 fn way_out(what: &str, value: f64) -> &'static str {
     match what {
         "diagonal of B" if value < 0.0 => {
-            "; the problem is A z − B r + q = 0, so that of A z + B r + q = 0 takes −B"
+            "; the problem is A z − B r + q = 0, so that of A z + B r + q = 0 takes −B; where B is \
+             meant, Ω must be given, as 1"
         }
         "diagonal of A" | "diagonal of B" if value <= 0.0 => {
             "; AUTO and PIVOTING need no such pivots"

@@ -91,10 +91,10 @@ const NEAR: f64 = 1e3;
 /// with a column g that covers what is negative and a large t, one sign changes with each step, and
 /// where t is 0 there is a solution. The path begins with all columns of BΩ, but for those that
 /// depend on others, so that z is 0 for linear complementarity problems. Where it leaves for ever
-/// others begin: with the columns of A, then with about half of each, sixteen at most. In turn with
-/// them, where no z makes an r smaller, paths begin with the column of one z for g, as those of
-/// Lemke and Howson do for games. A step exchanges a column, and full factors serve for fifty
-/// steps. This is the way up to an order of 1259 alone, where there is time for n steps.
+/// others begin: with the columns of A, then with about half of each. In turn with them, where no z
+/// makes an r smaller, paths begin with the column of one z for g, as those of Lemke and Howson do
+/// for games. A step exchanges a column, and full factors serve for fifty steps. This is the way up
+/// to an order of 1259 alone, where there is time for n steps.
 ///
 /// The factors are those of a full matrix or, with the feature `direct`, of a sparse one: whichever
 /// the pattern of `A` and `B` makes cheaper. Full ones begin with the columns that have one entry,
