@@ -21,7 +21,7 @@ const FIRST: usize = 12;
 /// The rounds that bring rows and columns to one size: without overrelaxation, and all; and its
 /// factor. Along a chain of thousands the traces of units from 10⁻³ to 10³ are few then. Sums of
 /// rows are right to a tenth in the end, or units have no bounds, as blocks of zeros make them:
-/// then those of the first rounds serve.
+/// then those of the geometric means serve.
 const ROUNDS: [usize; 2] = [3, 30];
 const OVER: f64 = 1.8;
 const OFF: f64 = 1.15;
@@ -160,12 +160,9 @@ pub(super) fn units<T: Scalar, A: Rows<T>, B: Rows<T>>(
         });
     }
     let [mut of_rows, mut of_columns] = [n, 2 * n].map(|len| vec![1.0_f64; len]);
-    let (mut first, mut off) = (None, 0.0_f64);
+    let mut off = 0.0_f64;
     for round in 0..ROUNDS[1] {
         let over = if round < ROUNDS[0] { 1.0 } else { OVER };
-        if round == ROUNDS[0] {
-            first = Some([of_rows.clone(), of_columns.clone()]);
-        }
         let mut sums = vec![0.0; 2 * n];
         off = 0.0;
         for (row, of_row) in rows.iter().zip(&mut of_rows) {
@@ -184,9 +181,32 @@ pub(super) fn units<T: Scalar, A: Rows<T>, B: Rows<T>>(
         }
     }
     if off > OFF {
-        [of_rows, of_columns] = first.unwrap_or([of_rows, of_columns]);
+        [of_rows, of_columns] = means(&rows);
     }
     let units = |of: &[f64]| of.iter().map(|&of| T::of(of)).collect();
     let columns = [units(&of_columns[..n]), units(&of_columns[n..])];
     (of_rows, columns)
+}
+
+/// Units of rows and columns in which the entries of each have the geometric mean 1. Such units
+/// exist whatever the pattern (A. R. Curtis and J. K. Reid, *On the automatic scaling of matrices
+/// for Gaussian elimination*, J. Inst. Maths Applics 10, 1972).
+fn means(rows: &[Vec<(usize, f64)>]) -> [Vec<f64>; 2] {
+    let mut logs = [vec![0.0; rows.len()], vec![0.0; 2 * rows.len()]];
+    for _ in 0..ROUNDS[1] {
+        let [of_rows, of_columns] = &mut logs;
+        let mut sums = vec![[0.0; 2]; of_columns.len()];
+        for (row, of_row) in rows.iter().zip(of_rows) {
+            let logs = || row.iter().filter(|of| of.1 > 0.0).map(|&(j, size)| (j, size.ln()));
+            let sum: f64 = logs().map(|(j, log)| log + *of_row + of_columns[j]).sum();
+            *of_row -= OVER * sum / logs().count().max(1) as f64;
+            for (j, log) in logs() {
+                sums[j] = [sums[j][0] + log + *of_row + of_columns[j], sums[j][1] + 1.0];
+            }
+        }
+        for (of_column, [sum, count]) in of_columns.iter_mut().zip(sums) {
+            *of_column -= OVER * sum / count.max(1.0);
+        }
+    }
+    logs.map(|of| of.into_iter().map(f64::exp).collect())
 }

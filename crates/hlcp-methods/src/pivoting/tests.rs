@@ -536,3 +536,54 @@ proptest! {
         prop_assert!(auto.converged() || !alone.converged(), "{auto} but {alone}");
     }
 }
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(30))]
+
+    /// The cheapest generation in a ring of nodes with chords, with least and largest flows in its
+    /// lines, by phases that are free and of any unit, though no units give all rows one sum.
+    #[test]
+    fn free_unknowns_may_have_any_unit(
+        nodes in 30_usize..60,
+        costs in vec(5.0..50.0_f64, 59),
+        demand in vec(20.0..150.0_f64, 53),
+        conducts in vec(1e3..1e4_f64, 47),
+        limit in 20.0..100.0_f64,
+        unit in -3..4_i32,
+    ) {
+        let near = (0..nodes).map(|k| [k, (k + 1) % nodes]);
+        let far = (0..nodes / 3).map(|k| [k, (k + nodes / 2) % nodes]);
+        let lines: Vec<[usize; 2]> = near.chain(far).collect();
+        let [phases, caps] = [nodes, 2 * nodes - 1];
+        let [balance, least, most] = [caps + nodes, caps + 2 * nodes, caps + 2 * nodes + lines.len()];
+        let n = most + lines.len();
+        let mut a = DMatrix::zeros(n, n);
+        let mut q = vec![0.0; n];
+        for k in 0..nodes {
+            (q[k], a[(k, k)]) = (costs[k % costs.len()], 0.02);
+            (a[(caps + k, k)], q[caps + k]) = (-1.0, 200.0);
+            (a[(balance + k, k)], q[balance + k]) = (1.0, -demand[k % demand.len()]);
+        }
+        for (line, ends) in lines.iter().enumerate() {
+            let part = conducts[line % conducts.len()] * 10_f64.powi(unit);
+            // The first node's phase is zero.
+            for (&end, sign) in ends.iter().zip([1.0, -1.0]).filter(|end| *end.0 > 0) {
+                let phase = phases + end - 1;
+                a[(least + line, phase)] = sign * part;
+                a[(most + line, phase)] = -sign * part;
+                a[(balance + ends[0], phase)] -= sign * part;
+                a[(balance + ends[1], phase)] += sign * part;
+            }
+            (q[least + line], q[most + line]) = (limit, limit);
+        }
+        let constraints = a.rows(caps, n - caps).columns(0, caps).transpose();
+        a.view_mut((0, caps), constraints.shape()).copy_from(&-&constraints);
+        let mut b = DMatrix::identity(n, n);
+        for free in (phases..caps).chain(balance..least) {
+            b.set_column(free, &a.column(free));
+        }
+        let limits = Limits { rounding: Some(16.0), ..Limits::default() };
+        let outcome = pivoting(Hlcp::from_pair(&a, &b)).solve(&q, limits).unwrap();
+        prop_assert!(outcome.converged() && outcome.iterations <= 100, "{outcome}");
+    }
+}
