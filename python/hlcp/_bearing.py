@@ -946,8 +946,9 @@ class Journal(_Bearing):
     def _half(self) -> float:
         """Return half of the way to the bush, in clearances, where searches begin."""
         assert self._of_journal is not None
-        lobes = self._of_journal[4]
-        return 0.5 if lobes is None else 0.5 * (1.0 - lobes[1])
+        _, length, clearance, tilt, lobes = self._of_journal
+        preload = 0.0 if lobes is None else lobes[1]
+        return 0.5 * max(1.0 - preload - math.hypot(*tilt) * length / 2.0 / clearance, 0.0)
 
     def _speeds(self, rpm: Any, speed: Any) -> list[float]:
         if rpm is None:

@@ -182,7 +182,11 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
                 (Some(ecc), ..) => {
                     return Err(format!("--ecc is {ecc}, but an eccentricity over the clearance is at least 0 and below 1").into());
                 }
-                (None, Some(_), _) => 0.5 * lobes.map_or(1.0, |lobes| 1.0 - lobes.preload),
+                (None, Some(_), _) => {
+                    let of_tilt = tilt[0].hypot(tilt[1]) * length * x_unit / 2.0;
+                    let preload = lobes.map_or(0.0, |lobes| lobes.preload);
+                    0.5 * (1.0 - preload - of_tilt / (clearance * h_unit)).max(0.0)
+                }
                 (None, None, Some(_)) => 0.0,
                 (None, None, None) => {
                     return Err("a journal needs its position: give --ecc, from 0 to below 1, or --load or --motion".into());

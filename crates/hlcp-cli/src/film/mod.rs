@@ -87,7 +87,7 @@ pub(crate) struct Arguments {
     #[arg(requires = "journal")]
     lobes: Option<Numbers>,
     /// The eccentricity over the clearance, with --load where the search begins [default there:
-    /// 0.5, with lobes of what their preload leaves]
+    /// 0.5, with lobes or --tilt of what these leave]
     #[arg(long, help_heading = FILM, requires = "journal", value_parser = real(|_| true, ANY))]
     ecc: Option<f64>,
     /// The place of x = 0, from where grooves are counted: so many degrees from the place opposite

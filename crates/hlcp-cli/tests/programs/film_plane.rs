@@ -326,6 +326,9 @@ fn a_motion_stays_in_the_bush_and_is_in_its_unit() {
     assert!(moved("0,0,0\n1e-3,2e-6,0\n").stderr.is_empty());
     let tilted = film(&format!("{} --groove 0 --ecc 0.9 --tilt 2.1e-4,0", journal(0.1)));
     is_refusal(&tilted, "--tilt", "the journal meets its bush at an end, 180.0 degrees");
+    // A search begins where such a journal meets nothing.
+    let found = json(&format!("{} --groove 0 --load 3000 --tilt 2e-3,1e-3", journal(0.05)));
+    assert!(found["converged"] == true && number(&found, "ecc") < 0.44, "{found}");
 }
 
 #[test]

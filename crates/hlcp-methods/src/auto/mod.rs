@@ -203,7 +203,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     ///
     /// # Errors
     ///
-    /// Those of the method that it would begin with, if none can be set up.
+    /// Those of elimination, or if there is none of the method that it would begin with, if no
+    /// method can be set up.
     pub fn new(problem: Hlcp<T, A, B>) -> Result<Self, Error> {
         let shape = Shape::of(&problem);
         let mut auto = Self {
@@ -231,14 +232,15 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         // Elimination needs no pivots on the diagonal, but the others do.
         let mut refused = None;
         while let Err(error) = auto.set_up(auto.at) {
-            let error = refused.get_or_insert(error);
+            let is_last = auto.uses() == AutoChoice::Pivoting;
+            refused = Some(refused.filter(|_| !is_last).unwrap_or(error));
             auto.candidates.remove(auto.at);
             if auto.candidates.is_empty() {
-                return Err(error.clone());
+                break;
             }
             auto.restart();
         }
-        Ok(auto)
+        refused.filter(|_| auto.candidates.is_empty()).map_or(Ok(auto), Err)
     }
 
     /// The method at work.
