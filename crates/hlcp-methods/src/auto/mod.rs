@@ -2,6 +2,7 @@ use hlcp_core::{Error, Hlcp, Norms, Rhs, Rows, Scalar};
 
 use crate::{
     Clock, Method, Pivoting, Status, Work,
+    limits::FRACTION,
     method::measure,
     pivoting::{self, a_couples_more},
     safeguard::ROUGH,
@@ -87,9 +88,10 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// error is not, and from there Newton's method may take many times as long.
 ///
 /// A method that has come to rest short of the tolerance has no more turns. Where that is one of
-/// Newton's, rounding is the likely reason, and the others have twice the work until then and 300
-/// sweeps to halve the residual, and again after each time they do; else the solve stagnates. After
-/// pivoting that leaves no sign wrong they have 300 sweeps alone.
+/// Newton's, within a thousandth of the first residual or ‖q‖, rounding is the likely reason, and
+/// the others have twice the work until then and 300 sweeps to halve the residual, and again after
+/// each time they do; else the solve stagnates. After pivoting that leaves no sign wrong they have
+/// 300 sweeps alone.
 ///
 /// Where ranks share the problem, adaptive SOR, multigrid and Anderson take turns: the others work
 /// on one rank. Until it would take up one of these, `Auto` comes to the bits of one process.
@@ -561,12 +563,15 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         if self.at_work().is_some_and(|worker| worker.turn(end)) {
             return true;
         }
-        // Most likely it is rounding; what else may help is tried, but not to the limits.
+        // Near the solution it is rounding, most likely; what else may help is tried, but not to
+        // the limits.
         match &self.candidates[self.at].worker {
             Some(Worker::Pivoting(pivoting)) if pivoting.has_right_signs() => {
                 self.last = Some((self.sweeps() + LAST * LEAST, 0.5 * self.smallest()));
             }
-            Some(Worker::AmgNewton(_) | Worker::Newton(_)) if self.last.is_none() => {
+            Some(Worker::AmgNewton(_) | Worker::Newton(_))
+                if self.last.is_none() && self.smallest() <= FRACTION * self.scale =>
+            {
                 self.last = Some(self.respite());
             }
             _ => {}

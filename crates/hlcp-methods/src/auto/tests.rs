@@ -216,3 +216,14 @@ fn an_elimination_that_is_not_begun_leaves_the_time_to_others() {
     }
     panic!("no elimination was thought of: {:?}", auto.turns());
 }
+
+/// Newton's method rests far from what rounding leaves, and others take as long as they need.
+#[test]
+fn lines_without_pivots_are_solved_by_elimination() {
+    for (a, q) in [([0.0, 2.0, 1.0, 2.0], [1.0, 0.0]), ([1.0, 1.0, 2.0, 0.0], [-3.0, 2.0])] {
+        let a = RowMajor::new(2, a.to_vec()).unwrap();
+        let mut solver = Solver::new(auto(&a, &Identity { order: 2 }));
+        let outcome = solver.solve(&q, Limits::default()).unwrap();
+        assert!(outcome.converged() && outcome.iterations <= 200, "{outcome}");
+    }
+}
